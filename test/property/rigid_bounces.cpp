@@ -266,3 +266,32 @@ TEST_CASE("rigid contacts: a rocking block comes to rest", "[events]") {
     CHECK(std::abs(taken - 9.81 * (0.623150273256 - 0.6)) <= 1e-6);
   }
 }
+
+// What sweeps the restitution comes to zero as well, where both laws are one: the ball falls, and stays.
+TEST_CASE("rigid bounces: a law of restitution where there is none", "[events]") {
+  for (const char* law : {"newton", "poisson"}) {
+    const Problem p = make_problem(Scene::parse(fmt::format(R"(
+gravity.y_m_per_s2 = -9.81
+point.ball = {{ x_m = 0, y_m = 1 }}
+mass.ball = {{ point = "ball", mass_kg = 1 }}
+[contact.floor]
+kind = "rigid"
+point = "ball"
+restitution = 0
+restitution_law = "{}"
+[start]
+given = ["ball.x", "ball.y"]
+[run]
+t_end_s = 1
+rtol = 1e-10
+[[cost.running]]
+kind = "value"
+output = "ball.y"
+)",
+                                                            law),
+                                                "ball.toml"));
+    CAPTURE(law);
+    // The integral of h - g t^2/2 until it lands.
+    CHECK(simulate(p, p.parameters.values()).psi == Approx(2.0 / 3 * std::sqrt(2 / 9.81)).margin(1e-8));
+  }
+}

@@ -51,7 +51,7 @@ std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& obj
         StateView s = packed_view(t, point.data(), assembly.n());
         s.a = s.lambda = rest.data();
         // Directions of slips are those of the Jacobian there.
-        if (may_slide_in_space(assembly)) assembly.calc_dynamics(s);
+        if (may_slide_in_space(assembly)) assembly.calc_jacobian(s);
         assembly.calc_partials(s);
         gradient.set_zero();
         objective.add_running_gradient(s, assembly, gradient);

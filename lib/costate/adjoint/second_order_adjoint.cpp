@@ -54,7 +54,6 @@ SecondOrderAdjoint::SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanis
   at_.t_mu = place(assembly_.jacobian(), t, u);
   at_.t_corner = place(level_.corner_pattern(), t, t, true);
   at_.t_turn = may_slide_in_space(assembly_) ? place(level_.corner_pattern(), t, s, true) : -1;
-  at_.D_slip = at_.t_turn < 0 ? -1 : place(assembly_.jacobian(), v, s, true);
   at_.nu_fv_fz = place(full(n_, nz_), v, z);
   at_.nu_fv_Qz = nz_ > 0 ? place(full(n_, n_), v, u) : -1;
   finalize();
@@ -77,11 +76,9 @@ void SecondOrderAdjoint::fill() {
     level_.solve(level_.state());
     level_.linearize();
   }
-  twist_.assign(assembly_.phid_q.size(), 0);
-  add_rolling_rates(assembly_, state(), twist_);
+  twist_ = rolling_twist(assembly_, state());
   slip_partials(assembly_, state(), slip_q_, slip_v_);
-  corner_rate_ = slips_in_space(assembly_) ? slip_corner_rates(assembly_, state(), level_.corner_pattern())
-                                           : std::vector<double>();
+  corner_rate_ = slip_corner_rates(assembly_, state(), level_.corner_pattern());
   calc_path_rates(assembly_, state(), rates_);
   const Stabilization& st = level_.stabilization();
   D_.add_constant(at_.D_mu, 1);
@@ -100,14 +97,14 @@ void SecondOrderAdjoint::fill() {
   for (std::size_t k = 0; k < held.size(); ++k)
     if (!assembly_.holds_position(static_cast<int>(assembly_.jacobian().row[k]))) held[k] = 0;
   A_.add(at_.nu_sigma, held.data(), -st.by_value());
-  A_.add(at_.nu_sigma, twist_.data(), st.by_rate());
+  if (!twist_.empty()) A_.add(at_.nu_sigma, twist_.data(), st.by_rate());
   D_.add_constant(at_.D_sigma, 1);
   A_.add_constant(at_.sigma_tau, 1);
   A_.add(at_.t_nu, assembly_.reaction_jacobian().data());
   A_.add(at_.t_mu, reaction_rate_.data());
   A_.add(at_.t_corner, level_.corner());
   if (!corner_rate_.empty()) {
-    D_.add(at_.D_slip, slip_v_.data(), -1);
+    D_.add(at_.nu_sigma, slip_v_.data(), -1);
     A_.add(at_.nu_sigma, slip_q_.data(), -1);
     A_.add(at_.t_turn, corner_rate_.data());
   }
@@ -137,7 +134,7 @@ Eigen::VectorXd SecondOrderAdjoint::rest(const double* mu, const double* sigma, 
   add_transposed_product(assembly_.square(), assembly_.C.data(), 1, mu, r.data());
   add_transposed_product(J, level_.R2_v().data(), 1, sigma, r.data());
   add_transposed_product(J, assembly_.phid_q.data(), -1, sigma, r.data());
-  add_transposed_product(J, twist_.data(), -1, sigma, r.data());
+  if (!twist_.empty()) add_transposed_product(J, twist_.data(), -1, sigma, r.data());
   add_product(assembly_.square(), rates_.M_dot.data(), -1, mu, r.data());
   if (nz_ > 0) add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -1, mu_z, r.data());
   return r;

@@ -15,8 +15,8 @@
 // Where contacts close (lib/README.md (19)) -1/alpha of a row that is not there is -1 and sigma = 0, and what keeps
 // rates alone has no omega^2. Where they slide in the plane the matrix is not symmetric: with the rows J_r of reactions
 // and the corner N of R2, of which -s mu is an entry,
-//   M mu + Phi_q^T sigma = mu_v,   J_r mu + N^T sigma = 0,   sigma' = tau,   J_r nu + J_r' mu + N^T tau + N'^T sigma =
-//   0.
+//   M mu + Phi_q^T sigma = mu_v,   J_r mu + N^T sigma = 0,   sigma' = tau,
+//   J_r nu + J_r' mu + N^T tau + N'^T sigma = 0.
 // In space N turns with the slip, and R2 of its rows has derivatives E_q, E_v of its own (assembly/slip_directions.h):
 // the second equation is one of (M nu + Phi_q^T tau - E_v^T sigma)', with -E_q^T sigma on the right. Of rows J(q) v
 // that roll W = J' - (J v)_q is not zero: the rate of J is Phid_q + W, and the second equation gains 2 xi omega W^T
@@ -60,8 +60,8 @@ class SecondOrderAdjoint final : public HandEquations {
   Eigen::VectorXd rest(const double* mu, const double* sigma, const double* mu_z);
   void require_plain_cost() const;
 
-  std::vector<double> twist_;            // J' - (J v)_q of rows that roll, likewise
   std::vector<double> reaction_rate_;    // J_r', on the Jacobian's pattern
+  std::vector<double> twist_;            // W, likewise, where something rolls, or empty
   std::vector<double> slip_q_, slip_v_;  // E_q and E_v, likewise, of what slides in space, or empty
   std::vector<double> corner_rate_;      // N' on the corner's pattern, or empty
   PathRates rates_;
@@ -69,7 +69,7 @@ class SecondOrderAdjoint final : public HandEquations {
   std::vector<double> first_;  // (q, v, z) where the motion begins
   struct Blocks {
     int D_mu, D_nu, D_tau, D_z, mu_nu, nu_M1, nu_C, nu_mu, nu_mu_t, nu_tau, nu_sigma, nu_z, z_mu, z_z, D_sigma,
-        sigma_tau, t_nu, t_mu, t_corner, t_turn, D_slip, nu_fv_fz, nu_fv_Qz;
+        sigma_tau, t_nu, t_mu, t_corner, t_turn, nu_fv_fz, nu_fv_Qz;
   } at_{};
 };
 

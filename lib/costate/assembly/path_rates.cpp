@@ -144,11 +144,8 @@ void calc_motion_rates(Assembly& assembly, const StateView& s, double* force, do
   // (Phi_q^T)' lambda, of what rolls J' = (J v)_q and its twist.
   if (assembly.m() > 0) {
     add_transposed_product(assembly.jacobian(), assembly.phid_q.data(), 1, s.lambda, force);
-    if (!rolling_rows(assembly).empty()) {
-      std::vector<double> twist(assembly.phid_q.size(), 0);
-      add_rolling_rates(assembly, s, twist);
+    if (const std::vector<double> twist = rolling_twist(assembly, s); !twist.empty())
       add_transposed_product(assembly.jacobian(), twist.data(), 1, s.lambda, force);
-    }
   }
   add_friction_rates(assembly, s, force);
   // The change of Phidd along (1, v, a, 0) of (t, q, v, a): one more rate of a path of two.

@@ -61,4 +61,11 @@ void add_rolling_rates(Assembly& assembly, const StateView& s, std::vector<doubl
   });
 }
 
+std::vector<double> rolling_twist(Assembly& assembly, const StateView& s) {
+  if (rolling_rows(assembly).empty()) return {};
+  std::vector<double> twist(assembly.jacobian().row.size(), 0);
+  add_rolling_rates(assembly, s, twist);
+  return twist;
+}
+
 }  // namespace costate

@@ -76,6 +76,7 @@ void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row
 }
 
 std::vector<double> slip_corner_rates(const Assembly& assembly, const StateView& s, const SparsePattern& corner) {
+  if (!slips_in_space(assembly)) return {};
   std::vector<double> rates(corner.row.size(), 0);
   for_each_turn(assembly, s, [&](const Assembly::SlidingRow& r, const Vector2d& turn) {
     for (int k = 0; k < 2; ++k) rates[static_cast<std::size_t>(corner.find(r.along + k, r.normal))] = -turn[k];

@@ -13,7 +13,8 @@ void add_sliding_gradient_change(const Assembly& assembly, const StateView& s, c
 /// R2_k' of these rows at lambda' = 0 along the motion, in `row` (m).
 void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row);
 
-/// The entries -(mu sigma_k)' of the rows' derivatives by their normal multipliers, along the motion, on this pattern.
+/// The entries -(mu sigma_k)' of the rows' derivatives by their normal multipliers, along the motion, on this pattern;
+/// empty where nothing slides in space.
 std::vector<double> slip_corner_rates(const Assembly& assembly, const StateView& s, const SparsePattern& corner);
 
 }  // namespace costate

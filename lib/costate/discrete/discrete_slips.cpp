@@ -17,10 +17,8 @@ const StepSlips& DiscreteScheme::slips_here() {
 }
 
 const std::vector<double>* DiscreteScheme::rolling_rates(const StateView& s) {
-  if (rolling_rows(assembly_).empty()) return nullptr;
-  rolling_.assign(assembly_.jacobian().row.size(), 0);
-  add_rolling_rates(assembly_, s, rolling_);
-  return &rolling_;
+  rolling_ = rolling_twist(assembly_, s);
+  return rolling_.empty() ? nullptr : &rolling_;
 }
 
 int DiscreteScheme::factor_projection() { return matrices_.factor_projection(assembly_, stage_rows_); }

@@ -12,8 +12,8 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/guard_value.h"
-#include "costate/event/let_pass.h"
 #include "costate/event/spatial_slip.h"
+#include "costate/event/time_of_change.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/mechanism/guarded_forces.h"
 
@@ -259,7 +259,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       }
       // A slip that turns by a right angle between two looks does not stop.
       if (turns && value(g, at(b)) > kWrongWay * fastest_ + kSlidingOffset) continue;
-      if (!turns && meets_alike(*g.force, *g.guarded, g.k, at(b), assembly_, 0, errors_of_meeting())) {
+      if (!turns && meets_alike(g, at(b), 0)) {
         g.ready = false;
         continue;
       }
@@ -288,11 +288,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, doub
     const auto above = [&](double t) { return value(g, at(t)) + slowest > least; };
     if (above(to)) continue;
     double a = from, b = to;
-    while (b - a > kOfStep * (to - from)) {
-      const double m = 0.5 * (a + b);
-      if (m <= a || m >= b) break;
-      (above(m) ? a : b) = m;
-    }
+    halve_to_change(a, b, kOfStep * (to - from), above);
     if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
   }
   if (!first) return {};

@@ -218,7 +218,9 @@ class MotionEvents {
   /// to find a crossing in, and the guard's value at its end.
   void meet_condition(GuardOf& g, bool comes, double& a, double& b, double& at_end,
                       const std::function<StateView(double)>& at);
-  /// [m], in which feet alike may be in one place (event/let_pass.h).
+  /// Of a guard with this value where its condition comes or ceases, or zero where it holds: whether the other point is
+  /// in the place of its own, along the plane and above it, but for errors_of_meeting() [m]. There, too.
+  bool meets_alike(const GuardOf& g, const StateView& s, double value);
   double errors_of_meeting() const;
   void load(const GuardOf& g, const StateView& s);
   void require_direction(const GuardOf& g, double along, const StateView& s);

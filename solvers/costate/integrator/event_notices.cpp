@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -65,8 +67,9 @@ void tell_of_jumps(const std::vector<double>& jumps, const std::vector<RunEvent>
         return;
       }
 }
-}  // namespace
 
+/// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
+/// tolerances deep it is, and a sentence.
 std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol) {
   const std::optional<GrazingWatch::Place> at = watch.nearest();
   if (!at) return {};
@@ -78,6 +81,7 @@ std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& w
                                            at->event, at->t, at->depth, at->depth / at->range, rtol)};
 }
 
+/// Of a touch that is let pass, or not, as it comes a hair above or below the ground to where it may touch: a sentence.
 std::optional<std::string> touch_let_pass(const MotionEvents& events, double rtol) {
   const std::optional<MotionEvents::Pass>& at = events.nearest_pass();
   if (!at || std::abs(at->gap) > kHair * rtol * at->size) return {};
@@ -86,6 +90,7 @@ std::optional<std::string> touch_let_pass(const MotionEvents& events, double rto
       "that size decide whether it comes, or is let pass (rtol {:g})",
       at->event, at->t, std::abs(at->gap), rtol);
 }
+}  // namespace
 
 void tell_of_grazing(const GrazingWatch& watch, const MotionEvents* events, double rtol) {
   const char* what = ". Move the motion away from there, or take a smaller rtol.";

@@ -1,9 +1,7 @@
 // What a run tells of its events, whatever carries it: those at its ends, in one instant, those that errors decide.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "costate/event/grazing_watch.h"
@@ -12,12 +10,8 @@
 
 namespace costate {
 
-/// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
-/// tolerances deep it is, and a sentence.
-std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol);
-/// Of a touch that is let pass, or not, as it comes a hair above or below the ground to where it may touch: a sentence.
-std::optional<std::string> touch_let_pass(const MotionEvents& events, double rtol);
-/// The sentences as notices (events: or null), or for a gradient as a SolverError where it is too near.
+/// Touches that errors may decide, of a gap that is grazed or of a condition that is nearly met (events: or null):
+/// notices; of a gradient a SolverError where the gap is too near.
 void tell_of_grazing(const GrazingWatch& watch, const MotionEvents* events, double rtol);
 void refuse_grazing(const GrazingWatch& watch, double rtol);
 

@@ -22,9 +22,9 @@ LinearStages::LinearStages(const HandEquations& equations, const RadauScheme& sc
   real_ = std::make_unique<KluSolver>(eq_.pattern());
   values_.resize(eq_.pattern().row.size());
   for (std::size_t k = 1; k < scheme.shift.size(); ++k)
-    complex_.push_back(std::unique_ptr<Complex>(
-        new Complex{ComplexKluSolver(eq_.pattern()), std::vector<std::complex<double>>(values_.size()),
-                    std::vector<std::complex<double>>(static_cast<std::size_t>(n_))}));
+    complex_.push_back({scheme.shift[k], 0, ComplexKluSolver(eq_.pattern()),
+                        std::vector<std::complex<double>>(values_.size()),
+                        std::vector<std::complex<double>>(static_cast<std::size_t>(n_))});
   A_.resize(static_cast<std::size_t>(s_));
   D_.resize(static_cast<std::size_t>(s_));
   mean_A_ = mean_D_ = values_;
@@ -76,6 +76,7 @@ bool LinearStages::factor_apart() {
     }
   }
   for (int i = 0; i < n_; ++i) row_scale_[i] = std::pow(std::abs(h_), eq_.step_power(i));
+  for (Complex& c : complex_) c.step = h_ / c.shift;
   const double real_step = h_ / scheme_.shift[0].real();
   for (int j = 0; j < n_; ++j) {
     const auto first = p.column_start[static_cast<std::size_t>(j)],
@@ -87,22 +88,21 @@ bool LinearStages::factor_apart() {
       const double scale = row_scale_[row];
       const bool differential = eq_.differential(row);
       values_[at] = scale * (differential ? mean_D_[at] - real_step * mean_A_[at] : mean_A_[at]);
-      for (std::size_t k = 0; k < complex_.size(); ++k)
-        complex_[k]->values[at] =
-            scale * (differential ? mean_D_[at] - h_ / scheme_.shift[k + 1] * mean_A_[at] : mean_A_[at]);
+      for (Complex& c : complex_)
+        c.values[at] = scale * (differential ? mean_D_[at] - c.step * mean_A_[at] : mean_A_[at]);
       largest = std::max(largest, std::abs(values_[at]));
     }
     const double scale = largest > 0 ? 1 / largest : 1;
     column_scale_[j] = scale;
     for (auto e = first; e < last; ++e) {
       values_[static_cast<std::size_t>(e)] *= scale;
-      for (auto& c : complex_) c->values[static_cast<std::size_t>(e)] *= scale;
+      for (Complex& c : complex_) c.values[static_cast<std::size_t>(e)] *= scale;
     }
   }
   factorizations_ += 1 + static_cast<long>(complex_.size());
   slowest_rate_ = 0;
-  fresh_ = real_->factor(values_.data()) < 0 && std::all_of(complex_.begin(), complex_.end(), [](const auto& c) {
-             return c->solver.factor(c->values.data()) < 0;
+  fresh_ = real_->factor(values_.data()) < 0 && std::all_of(complex_.begin(), complex_.end(), [](Complex& c) {
+             return c.solver.factor(c.values.data()) < 0;
            });
   factored_h_ = fresh_ ? h_ : 0;
   return fresh_;
@@ -182,7 +182,7 @@ void LinearStages::solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& ou
     }
     real_->solve(real_right_.data());
     for (std::size_t k = 0; k < complex_.size(); ++k) {
-      Complex& c = *complex_[k];
+      Complex& c = complex_[k];
       const auto pair = static_cast<Eigen::Index>(k) + 1;
       for (int row = 0; row < n_; ++row) {
         std::complex<double> x = 0;
@@ -197,7 +197,7 @@ void LinearStages::solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& ou
         double x = from(i, 0).real() * real_right_[row];
         for (std::size_t k = 0; k < complex_.size(); ++k) {
           const std::complex<double> weight = from(i, static_cast<Eigen::Index>(k) + 1),
-                                     y = complex_[k]->right[static_cast<std::size_t>(row)];
+                                     y = complex_[k].right[static_cast<std::size_t>(row)];
           x += 2 * (weight.real() * y.real() - weight.imag() * y.imag());
         }
         out(i * n_ + row, j) = column_scale_[row] * x;

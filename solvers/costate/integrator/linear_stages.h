@@ -74,10 +74,11 @@ class LinearStages {
   std::unique_ptr<KluSolver> real_;
   /// Of a pair of conjugates.
   struct Complex {
+    std::complex<double> shift, step;  // h/shift
     ComplexKluSolver solver;
     std::vector<std::complex<double>> values, right;
   };
-  std::vector<std::unique_ptr<Complex>> complex_;
+  std::vector<Complex> complex_;
   std::vector<double> mean_A_, mean_D_, values_;
   Eigen::VectorXd real_right_;
   Eigen::MatrixXd flow_;

@@ -55,13 +55,12 @@ void RadauLinear::calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) 
   for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), eq_.D().data(), 1, X.col(j).data(), out.col(j).data());
 }
 
-void RadauLinear::calc_flow(Stage& s) const {
+void RadauLinear::calc_flow(std::span<const double> A, Stage& s) const {
   s.f = s.b;
-  for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), s.A.data(), 1, s.X.col(j).data(), s.f.col(j).data());
+  for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), A.data(), 1, s.X.col(j).data(), s.f.col(j).data());
 }
 
-void RadauLinear::take_blocks(Stage& s) const {
-  s.A.assign(eq_.A().begin(), eq_.A().end());
+void RadauLinear::take_columns(Stage& s) const {
   s.b = eq_.b();
   s.d = eq_.d();
 }
@@ -76,7 +75,7 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
     eq_.evaluate(t, point_.data());
     ++result.evaluations;
     eq_.keep(i);
-    take_blocks(stages_[static_cast<std::size_t>(i)]);
+    take_columns(stages_[static_cast<std::size_t>(i)]);
     system_.take(i);
   }
   right_.resize(s_ * N_, k_);
@@ -99,7 +98,7 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
   for (int i = 0; i < s_; ++i) {
     Stage& own = stages_[static_cast<std::size_t>(i)];
     own.X = right_.middleRows(i * N_, N_);
-    calc_flow(own);
+    calc_flow(system_.A(i), own);
   }
   calc_momentum(stages_.back().X, momentum_after_);
   // The integrand last: for some equations it evaluates the kept points again.
@@ -204,8 +203,8 @@ void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::
   trajectory.evaluate(t, point_.data());
   eq_.evaluate(t, point_.data());
   begin_.X = X;
-  take_blocks(begin_);
-  calc_flow(begin_);
+  take_columns(begin_);
+  calc_flow(eq_.A(), begin_);
   calc_momentum(X, momentum_);
   eq_.integrand(X, begin_.integrand);
 }

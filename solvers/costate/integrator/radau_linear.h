@@ -10,6 +10,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "costate/adjoint/hand_equations.h"
@@ -41,14 +42,13 @@ class RadauLinear {
 
  private:
   struct Stage {
-    std::vector<double> A;
     Eigen::MatrixXd X, b, d, f;
     Eigen::VectorXd integrand;
   };
-  /// A, b, d of the evaluated point.
-  void take_blocks(Stage& s) const;
+  /// b and d of the evaluated point.
+  void take_columns(Stage& s) const;
   /// f = A X + b
-  void calc_flow(Stage& s) const;
+  void calc_flow(std::span<const double> A, Stage& s) const;
   /// D X + d at the evaluated point.
   void calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const;
   void begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X);

@@ -189,12 +189,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   if (GradientResult finer; resolve_small_psi(problem, size_of_psi(problem, result))) {
     Problem few = problem;
     few.solver.max_steps = std::min(few.solver.max_steps, kMostFiner * result.counters.steps + kStepsOfFew);
-    // Of a psi that is itself hardly more than what counts as nothing its part counts.
-    const auto changes = [&] {
-      return std::max(apart(asked, result, finer).relative,
-                      std::abs(finer.psi - result.psi) / size_of_psi(problem, result));
-    };
-    if (attempt(few, 1, run, finer) && changes() > std::min(kMuch, kKnown * rtol)) {
+    if (attempt(few, 1, run, finer) && apart(problem, result, finer).relative > std::min(kMuch, kKnown * rtol)) {
       finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
       result = finer;
       said = take_notices();

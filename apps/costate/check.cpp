@@ -62,6 +62,7 @@ class Check {
     reference_ = setup_.located([&] {
       return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_, options_.jobs);
     });
+    if (reference_.tolerances) setup_.problem.solver.set_absolute(*reference_.tolerances);
     int interruption = 0;
     std::vector<char> ended(rows_.size(), 0);
     try {

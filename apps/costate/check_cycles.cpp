@@ -150,8 +150,7 @@ CycleRow CycleCheck::judge(const std::string& formulation, const std::string& in
   }
   for (const double factor : {1e-2, 1e-4}) {
     Problem better = p;
-    better.solver.rtol = std::max(p.solver.rtol * factor, 1e-13);
-    better.solver.atol = std::max(p.solver.absolute() * factor, 1e-15);
+    better.solver.tighten(factor, 1e-13, 1e-15);
     const std::string at = fmt::format("rtol {:g}", better.solver.rtol);
     try {
       const Quantities again = find(better);

@@ -155,8 +155,7 @@ class RowJudge {
       if (factor == 1e-3 && failure.empty()) break;
       if (factor == 1e-1 && !last_.empty()) break;
       Problem tighter = p_;
-      tighter.solver.rtol = std::max(p_.solver.rtol * factor, 1e-13);
-      tighter.solver.atol = std::max(p_.solver.absolute() * factor, 1e-15);
+      tighter.solver.tighten(factor, 1e-13, 1e-15);
       std::vector<double> left, allowed = strict_;
       try {
         left = errors(run_(tighter, method_));

@@ -214,8 +214,7 @@ void MotionCheck::judge(MotionRow& row, const Problem& p) {
       better.solver.step_s = factor * (p.solver.t_end - p.solver.t_start) / static_cast<double>(steps);
       at = fmt::format("{:g} of the step", factor);
     } else {
-      better.solver.rtol = std::max(p.solver.rtol * factor, 1e-13);
-      better.solver.atol = std::max(p.solver.absolute() * factor, 1e-15);
+      better.solver.tighten(factor, 1e-13, 1e-15);
       at = fmt::format("rtol {:g}", better.solver.rtol);
     }
     Motion again;

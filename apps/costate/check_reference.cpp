@@ -12,6 +12,7 @@
 #include "costate/problem/scaled_gradient.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate::app {
@@ -39,6 +40,13 @@ class ReferenceSearch {
     y_->rtol_of_scene = problem_.solver.rtol;
     y_->method = reference_method()->name;
     base_ = timed(problem_, y_->method);
+    if (resolve_small_psi(problem_, base_, [&](const Problem& p) { return timed(p, y_->method); })) {
+      r_.tolerances = problem_.solver.absolute_by_rtol();
+      r_.note = fmt::format(
+          "psi is far below absolute tolerances: all runs have smaller ones here, atol {:.1e} and {:.1e} of psi's "
+          "integral.",
+          problem_.solver.atol, problem_.solver.cost_atol);
+    }
     tighten();
     y_->components = y_->components_of(y_->result);
     y_->uncertainty = y_->components_of(base_);
@@ -67,6 +75,7 @@ class ReferenceSearch {
     r_.steps = std::max(static_cast<double>(g.counters.steps), kLeastSteps);
     return g;
   }
+  void add_note(const std::string& sentence) { r_.note += (r_.note.empty() ? "" : " ") + sentence; }
   void allow(double share = 1) { budget_.begin(patience_ * share * r_.seconds, patience_ * r_.steps); }
 
   void tighten() {
@@ -88,7 +97,7 @@ class ReferenceSearch {
     }
     y_->result = base_;
     y_->rtol = problem_.solver.rtol;
-    if (!failure.empty()) r_.note = fmt::format("The reference could not be run at a tighter tolerance: {}", failure);
+    if (!failure.empty()) add_note("The reference could not be run at a tighter tolerance: " + failure);
   }
 
   /// What must not fail the check: it only makes it blunter.
@@ -171,7 +180,7 @@ class ReferenceSearch {
     const JobsHere at_once(jobs_);
     const std::string failure = attempt([&] { d = gradient(loose, differences, rho_); });
     if (!failure.empty()) {
-      r_.note += fmt::format("{}The reference is not proven by differences: {}", r_.note.empty() ? "" : " ", failure);
+      add_note("The reference is not proven by differences: " + failure);
       return;
     }
     r_.proven = true;

@@ -2,6 +2,7 @@
 // that errors are measured against.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,9 @@ struct CheckReference {
   bool agrees = true;              // with them
   std::string worst;               // the component farthest from them
   std::string note;                // why they did not prove it, or why it is no tighter; or empty
-  double seconds = 0, steps = 0;   // of its run, processor time: what others are allowed a multiple of
+  /// Where psi is far below the problem's: all rows take these, or they would have their errors, and differ by them.
+  std::optional<AbsoluteTolerances> tolerances;
+  double seconds = 0, steps = 0;  // of its run, processor time: what others are allowed a multiple of
 };
 
 /// Nothing is cut before it has taken as much as this would with such a factor.

@@ -4,18 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "command.h"
+#include "compare_side.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/run_end.h"
-#include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "digits.h"
 #include "named_outputs.h"
 #include "page/command_pages.h"
 #include "run_pages.h"
-#include "trajectory.h"
 
 namespace costate::app {
 
@@ -28,20 +27,6 @@ struct CompareOptions {
   bool no_gradient = false;
 };
 
-/// One of the two scenes and what it gave.
-struct Side {
-  Setup setup;
-  GradientResult result;  // psi and counters of the plain simulation; the gradient, if there is one
-  double simulation_s = 0, gradient_s = 0;
-  TrajectoryTable motion;
-
-  const Mechanism& mechanism() const { return *setup.problem.mechanism; }
-  bool has_cost() const {
-    const Objective& o = setup.problem.objective;
-    return !o.running.empty() || !o.terminal.empty();
-  }
-};
-
 struct OutputDifference {
   std::string name, unit;
   double largest = 0, at_s = 0, rms = 0;
@@ -50,27 +35,13 @@ struct OutputDifference {
   std::optional<double> relative(double x) const { return constant ? std::nullopt : std::optional(x / range); }
 };
 
-Side make_side(const CommonOptions& common, const std::string& scene, const std::vector<std::string>& set,
-               bool differentiate) {
-  CommonOptions options = common;
-  options.scene = scene;
-  options.overrides.insert(options.overrides.end(), set.begin(), set.end());
-  try {
-    return {Setup(options, differentiate ? Purpose::differentiate : Purpose::simulate), {}, 0, 0, {}};
-  } catch (const SceneError&) {
-    throw;
-  } catch (const Error& e) {  // an option's: say of which scene
-    throw Error(fmt::format("{} (in scene '{}')", e.what(), scene));
-  }
-}
-
 class Compare {
  public:
   Compare(const CommonOptions& common, const CompareOptions& options)
       : common_(common),
         options_(options),
-        a_(make_side(common, common.scene, options.set_a, !options.no_gradient)),
-        b_(make_side(common, options.other, options.set_b, !options.no_gradient)),
+        a_(make_compare_side(common, common.scene, options.set_a, !options.no_gradient)),
+        b_(make_compare_side(common, options.other, options.set_b, !options.no_gradient)),
         progress_(a_.setup.progress_options) {}
 
   int run() {
@@ -79,7 +50,15 @@ class Compare {
     same_time();
     choose_outputs();
     choose_parameters();
-    for (Side* side : {&a_, &b_}) run_side(*side);
+    std::vector<std::string> notices;
+    for (CompareSide* side : {&a_, &b_}) {
+      side->setup.problem.monitor = monitor(progress_, side->setup.problem.solver.t_end);
+      progress_.start(side->setup.problem.solver.t_start);
+      side->run(end_, options_.samples, outputs_, !parameters_.empty());
+      for (const auto& sentence : take_notices())
+        notices.push_back(fmt::format("{}: {}", side == &a_ ? "A" : "B", sentence));
+    }
+    for (const auto& sentence : notices) notice(sentence);
     progress_.finish();
     for (const auto& name : outputs_) differences_.push_back(difference(name));
     const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
@@ -104,7 +83,7 @@ class Compare {
                       a.t_start, b.t_start, b.t_start));
     // Motions that end by themselves are compared as far as they both go; psi and gradient are those of the whole runs.
     if (a_.setup.problem.ends_when || b_.setup.problem.ends_when) {
-      const auto end_of = [](Side& side) {
+      const auto end_of = [](CompareSide& side) {
         return side.setup.located([&] { return until_its_end(side.setup.problem, side.setup.rho).solver.t_end; });
       };
       const double end_a = end_of(a_), end_b = end_of(b_);
@@ -160,7 +139,7 @@ class Compare {
 
   void choose_parameters() {
     if (options_.no_gradient || !a_.has_cost() || !b_.has_cost()) return;
-    const auto accepts = [](const Side& side, const std::string& name) {
+    const auto accepts = [](const CompareSide& side, const std::string& name) {
       try {
         side.mechanism().select({name});
         return true;
@@ -168,7 +147,7 @@ class Compare {
         return false;
       }
     };
-    for (const Side* side : {&b_, &a_})
+    for (const CompareSide* side : {&b_, &a_})
       for (const auto& name : side->setup.problem.parameters.names())
         if (std::find(parameters_.begin(), parameters_.end(), name) == parameters_.end()) {
           if (accepts(a_, name) && accepts(b_, name))
@@ -177,7 +156,7 @@ class Compare {
             notes_.push_back(fmt::format("Parameter {} exists only in {}.", name, accepts(a_, name) ? "A" : "B"));
         }
     if (parameters_.empty()) return;
-    for (Side* side : {&a_, &b_}) {
+    for (CompareSide* side : {&a_, &b_}) {
       side->setup.problem.parameters = side->mechanism().select(parameters_);
       side->setup.rho = side->setup.problem.parameters.values();
     }
@@ -185,27 +164,6 @@ class Compare {
       if (a_.setup.rho[i] != b_.setup.rho[i])
         notes_.push_back(
             fmt::format("Parameter {} is {:.9g} in A, {:.9g} in B.", parameters_[i], a_.setup.rho[i], b_.setup.rho[i]));
-  }
-
-  void run_side(Side& side) {
-    Setup& setup = side.setup;
-    const SolverOptions& solver = setup.problem.solver;
-    setup.problem.monitor = monitor(progress_, solver.t_end);
-    progress_.start(solver.t_start);
-    const auto begin = std::chrono::steady_clock::now();
-    side.result = GradientResult(setup.located([&] { return simulate(setup.problem, setup.rho); }));
-    side.simulation_s = seconds_since(begin);
-    const Problem whole = setup.problem;
-    setup.problem.ends_when.reset();
-    setup.problem.solver.t_end = end_;
-    TrajectoryRecorder recorder(setup, setup.rho, (end_ - solver.t_start) / static_cast<double>(options_.samples));
-    setup.located([&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
-    side.motion = recorder.finish(Json());
-    setup.problem = whole;
-    if (parameters_.empty()) return;
-    const auto gradient_begin = std::chrono::steady_clock::now();
-    side.result.gradient = setup.located([&] { return gradient(setup.problem, setup.method, setup.rho); }).gradient;
-    side.gradient_s = seconds_since(gradient_begin);
   }
 
   OutputDifference difference(const std::string& name) const {
@@ -229,7 +187,7 @@ class Compare {
   }
 
   bool compares_gradients() const { return !parameters_.empty(); }
-  double scaled(const Side& side, std::size_t i) const {
+  double scaled(const CompareSide& side, std::size_t i) const {
     return side.result.gradient[i] * b_.setup.problem.parameters.parameters[i].scale;
   }
   /// The difference of one component relative to B's largest, all in B's scaled parameters.
@@ -254,30 +212,34 @@ class Compare {
   }
   static std::string percent(const std::optional<double>& x) { return x ? fmt::format("{:.3g} %", 100 * *x) : "-"; }
   std::string cost_difference() const {
-    const double apart = a_.result.psi - b_.result.psi,
-                 known = uncertainty_of(a_.result.psi, relative(a_)) + uncertainty_of(b_.result.psi, relative(b_));
+    const double apart = a_.result.psi - b_.result.psi, known = psi_uncertainty(a_) + psi_uncertainty(b_);
     if (apart != 0 && std::abs(apart) <= known)
       return fmt::format("psi of A is that of B, to the digits that tolerances hold (they differ by {:.1g})", apart);
     return fmt::format("psi of A is that of B {}{} ({})", apart < 0 ? "" : "+", known_digits(apart, known),
                        percent(psi_relative()));
   }
-  static std::string digits(const Side& side, double psi) {
-    return known_digits(psi, uncertainty_of(psi, relative(side)));
+  static double psi_uncertainty(const CompareSide& side) {
+    const std::optional<KnownError>& known = side.result.known_error;
+    return std::max(uncertainty_of(side.result.psi, relative(side)), known ? known->psi : 0);
   }
-  static double relative(const Side& side) {
+  static std::string digits(const CompareSide& side) { return known_digits(side.result.psi, psi_uncertainty(side)); }
+  static double relative(const CompareSide& side) {
     return precision_of(side.setup.problem.solver, side.result.integrator, side.result.counters.steps).relative;
   }
-  static std::string component(const Side& side, std::size_t i) {
-    const std::vector<double>& g = side.result.gradient;
-    return known_digits(g[i], gradient_uncertainty(g, side.setup.problem.parameters, relative(side))[i]);
+  static std::string component(const CompareSide& side, std::size_t i) {
+    const GradientResult& r = side.result;
+    return known_digits(r.gradient[i], gradient_digits(r.gradient, side.setup.problem.parameters, relative(side),
+                                                       r.gradient_error, r.known_error)
+                                           .unknown[i]);
   }
   bool compares_costs() const { return a_.has_cost() && b_.has_cost(); }
 
   static Json optional_json(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
 
-  Json side_json(const Side& side) const {
+  Json side_json(const CompareSide& side) const {
     Json j = run_json(side.setup, side.result, compares_gradients() ? side.setup.method : "", side.simulation_s);
     if (!side.has_cost()) j["psi"] = nullptr;
+    if (const auto& known = side.result.known_error) j["psi_error"] = known->psi;
     if (!compares_gradients()) j["parameters"] = Json::object();
     j["coordinates"] = side.mechanism().coordinate_count();
     j["multipliers"] = side.mechanism().row_count();
@@ -318,7 +280,7 @@ class Compare {
   }
 
   std::string text() const {
-    const auto title = [](const char* label, const Side& s, const std::string& file) {
+    const auto title = [](const char* label, const CompareSide& s, const std::string& file) {
       return fmt::format("{}: {}{}\n", label, file, s.setup.scene.title.empty() ? "" : ", " + s.setup.scene.title);
     };
     std::string t = title("A", a_, common_.scene) + title("B", b_, options_.other);
@@ -338,7 +300,7 @@ class Compare {
     row("simulation [s]", rounded(a_.simulation_s), rounded(b_.simulation_s));
     if (compares_gradients()) row("gradient [s]", rounded(a_.gradient_s), rounded(b_.gradient_s));
     if (compares_costs())
-      t += fmt::format("  {:<22} {:>14} {:>14} {:>10}\n", "psi", digits(a_, a_.result.psi), digits(b_, b_.result.psi),
+      t += fmt::format("  {:<22} {:>14} {:>14} {:>10}\n", "psi", digits(a_), digits(b_),
                        b_.result.psi != 0 ? fmt::format("{:.3g}", a_.result.psi / b_.result.psi) : "-");
 
     std::size_t width = 9;
@@ -365,7 +327,7 @@ class Compare {
 
   const CommonOptions& common_;
   const CompareOptions& options_;
-  Side a_, b_;
+  CompareSide a_, b_;
   Progress progress_;
   std::vector<std::string> outputs_, parameters_, notes_;
   double end_ = 0;  // to which motions are compared

@@ -91,8 +91,9 @@ int run(const CommonOptions& common, ModesOptions& options) {
   const Modes r = located_in(scene, [&] {
     const Start start = find_start(assembly, t, false);
     remarks = start_remarks(assembly, start);
-    if (start.rests) tell_of_contacts(assembly, t, start.q, start.z, start.lambda);
-    return find_modes(assembly, t, start);
+    Modes found = find_modes(assembly, t, start);
+    if (found.v.isZero(0)) tell_of_contacts(assembly, t, found.q, found.z, found.lambda);
+    return found;
   });
 
   Eigen::Index fastest = 0;

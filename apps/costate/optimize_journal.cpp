@@ -38,6 +38,12 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
   e.failure = j.value("failure", "");
   if (j.contains("rtol")) e.rtol = number_from_json(j.at("rtol"));
   e.ending = j.value("ending", false);
+  if (j.contains("absolute_by_rtol"))
+    for (const auto& t : j.at("absolute_by_rtol")) {
+      const std::vector<double> both = numbers(t, 2, "'absolute_by_rtol'");
+      e.tolerances.push_back({both[0], both[1]});
+    }
+  require(e.tolerances.size() <= std::max<std::size_t>(cases, 1), "'absolute_by_rtol' has more rows than cases");
   if (e.failed()) {
     require(index > 1, "the first evaluation cannot be a failed one");
   } else {
@@ -100,6 +106,8 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
   j["wall_s"] = e.wall_s;
   if (e.rtol > 0) j["rtol"] = e.rtol;
+  if (std::any_of(e.tolerances.begin(), e.tolerances.end(), [](const auto& t) { return t.atol > 0; }))
+    for (const AbsoluteTolerances& t : e.tolerances) j["absolute_by_rtol"].push_back({t.atol, t.cost_atol});
   if (e.ending) j["ending"] = true;
   if (e.failed()) j["failure"] = Json::parse(json_text(e.failure));  // valid UTF-8, whatever names it quotes
   return j;

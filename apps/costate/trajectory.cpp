@@ -173,12 +173,16 @@ TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulatio
 std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name,
                                           bool csv) {
   std::vector<std::string> paths;
+  std::error_code ignored;
   const auto written = [&](const char* extension, const auto& write) {
     if (setup.write_file(name + extension, [&](const auto& path) { write(path, table); }))
       paths.push_back((setup.directory / (name + extension)).string());
   };
   written(".h5", write_hdf5);
-  if (csv) written(".csv", write_csv);
+  if (csv)
+    written(".csv", write_csv);
+  else if (setup.files)  // another motion's
+    std::filesystem::remove(setup.directory / (name + ".csv"), ignored);
   return paths;
 }
 

@@ -77,3 +77,20 @@ TEST_CASE("certificate: a multiplier that grows without bound explains no residu
   CAPTURE(f.best.rho[0], f.best.rho[1], f.certificate.verdict);
   CHECK(f.certificate.kind != Kind::strict_minimum);
 }
+
+// |P(x - g) - x| in floating point is no finer than x's own rounding, and was 0 while psi still fell.
+TEST_CASE("optimizer: projected gradients far below the parameters' rounding") {
+  const std::string formula = "output.psi.formula=\"1e-22*((a-1)^2+(b-2)^2) + 0*P.x\"";
+  const Scene scene = Scene::load(std::string(COSTATE_SOURCE_DIR) + "/test/cases/tiny_cost.toml", {formula});
+  const Problem p = make_problem(scene);
+  OptimizerOptions options;
+  options.max_evaluations = 1;
+  const OptimizerResult r = optimize(p, "idas-adjoint", {}, options, {}, {});
+  const OptimizerEvaluation& first = r.evaluations.front();
+  double largest = 0;
+  for (std::size_t j = 0; j < first.gradient.size(); ++j)
+    largest = std::max(largest, std::abs(first.gradient[j]) * p.parameters.parameters[j].scale);
+  CHECK(largest > 1e-23);
+  CHECK(first.projected_gradient == largest);
+  take_notices();
+}

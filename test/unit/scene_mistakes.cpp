@@ -93,9 +93,9 @@ TEST_CASE("scene mistakes: unknown tables") {
        "21:8: 'from' in [spring] must be a table: give the spring a name, [spring.NAME], and its keys "
        "below."},
       {"[spring.S1]", "[spring.\"S 1\"]",
-       "20:1: 'S 1' cannot be a name: it must not be empty nor hold dots, brackets, quotes, '=' or blanks, "
+       "20:1: 'S 1' cannot be a name: it must not be empty nor hold dots, slashes, brackets, quotes, '=' or blanks, "
        "because "
-       "paths such as spring.S1.preload_N are made of names."},
+       "paths such as spring.S1.preload_N, in files /outputs/S1.force, are made of names."},
       {"[[cost.running]]", "[cost.running]",
        "34:1: 'running' in [cost] must be an array of tables, each with the header [[cost.running]], found a "
        "table."},

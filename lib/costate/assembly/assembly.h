@@ -86,6 +86,9 @@ class Assembly {
   // are still those of that point; 0 is none.
   /// M, Q, zdot, phi, phi_q, phi_t, bias at (t, q, v, z).
   void calc_dynamics(const StateView& s, long point = 0);
+  /// By coordinates the sum of the elements' |Q|, the constant ones' as one: what is left where forces balance is known
+  /// to the rounding of these.
+  void calc_force_amounts(const StateView& s, std::vector<double>& amounts);
   /// Only phi, phi_q and phi_t at (t, q).
   void calc_constraints(const StateView& s);
   /// Only phi_q at (t, q).

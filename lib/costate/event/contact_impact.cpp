@@ -15,6 +15,7 @@
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/slip_search.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -78,10 +79,32 @@ bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double ap
   if (dies && !(approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach)) {
     // The next hop, to v^2/(2 a), is not seen.
     const double leaves = number(c, c.contact->restitution_number()) * approach;
-    dies = leaves * leaves < 2 * fall * kUnseenHop * largest_coordinate(*c.force, before);
+    dies = leaves * leaves < 2 * fall * kUnseenHop * size_of(*c.force, before);
   }
-  if (dies) c.died_at.push_back(before.t);
-  return dies;
+  if (!dies) return false;
+  c.died_at.push_back(before.t);
+  // The hops of 2 v/a, their speeds v each e times the one before.
+  const double e = number(c, c.contact->restitution_number());
+  if (e < 1) c.unseen = {before.t, 2 * e * approach / (fall * (1 - e))};
+  return true;
+}
+
+double MotionEvents::unseen_bounces(const StateView& behind, std::vector<double>& z, std::vector<double>& x) {
+  double longest = 0;
+  z.assign(behind.z, behind.z + assembly_.nz());
+  for (const ContactOf& c : contacts_) {
+    if (c.unseen.since != behind.t || !(z[static_cast<std::size_t>(c.closed_state)] > 0.5)) continue;
+    longest = std::max(longest, c.unseen.lasts_s);
+    z[static_cast<std::size_t>(c.closed_state)] = 0;
+    if (c.sliding_state >= 0) z[static_cast<std::size_t>(c.sliding_state)] = 0;
+    if (slides_in_space(c)) clear_slip(c.sliding_state, z.data());
+  }
+  if (longest == 0) return 0;
+  StateView open = behind;
+  open.z = z.data();
+  x.resize(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(open, x.data());
+  return longest;
 }
 
 void MotionEvents::strike(int event, const StateView& before) {
@@ -359,6 +382,10 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   for (const std::size_t c : lifted)
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
+  const double acceleration = acceleration_by_forces(before);
+  for (const std::size_t c : lifted)
+    if (acceleration > 0)
+      in_play[c].contact->unseen = {before.t, 2 * std::abs(speed_after(in_play[c].rows.front())) / acceleration};
   impact.solve(active);
   const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
   notice(fmt::format(

@@ -68,7 +68,7 @@ void MotionEvents::begin(const StateView& at) {
     // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
     // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
     load(g, s);
-    double size = 0, speed = 0;
+    double size = length_, speed = 0;
     for (std::size_t c = 0; c < q_.size(); ++c) {
       size = std::max(size, std::abs(q_[c].v.c0));
       speed = std::max(speed, std::abs(v_[c].v.c0));
@@ -129,7 +129,7 @@ void MotionEvents::find_hop(const StateView& s) {
     if (!g.gap || !g.guarded->guard_armed(g.k, s.z + g.first_state)) continue;
     const int direction = g.guarded->guard_direction(g.k);
     const double here = value(g, s);
-    if (!(std::abs(here) <= kAtGround * largest_coordinate(*g.force, s))) continue;
+    if (!(std::abs(here) <= kAtGround * size_of(*g.force, s))) continue;
     if (std::isnan(g.last)) g.last = here;  // what has just let go
     if (x.empty()) {
       x.resize(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
@@ -148,8 +148,10 @@ double MotionEvents::falls_back(const GuardOf& g, double begin, double end,
     const StateView s = at(t);
     solve_motion(s, x.data());
     const Taylor2 gap = course_of(g, s, x);
-    const double speed = gap.c1 * direction, lifts = -gap.c2 * direction;
-    return speed > kFalls * fastest_ && !(speed * speed < 2 * lifts * kGapRounding * largest_coordinate(*g.force, s));
+    const double speed = gap.c1 * direction, lifts = -gap.c2 * direction, size = size_of(*g.force, s);
+    // Of what rests all speeds are rounding, of those that forces make over a length.
+    const double fastest = std::max(fastest_, std::sqrt(acceleration_by_forces(s) * size));
+    return speed > kFalls * fastest && !(speed * speed < 2 * lifts * kGapRounding * size);
   };
   if (!falls(end)) return std::numeric_limits<double>::quiet_NaN();
   double since = begin, until = end;

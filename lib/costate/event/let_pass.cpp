@@ -33,7 +33,7 @@ void MotionEvents::meet_condition(GuardOf& g, bool comes, double& a, double& b, 
   halve_to_change(from, to, 0, [&](double t) { return std::isnan(value(g, at(t))) == comes; });
   const double where = comes ? to : from;
   const StateView s = at(where);
-  const double there = value(g, s), size = std::max(reach_, largest_coordinate(*g.force, s));
+  const double there = value(g, s), size = std::max(reach_, size_of(*g.force, s));
   // Legs alike are above the ground, or below it, by as much as the one that stands: no error decides.
   const bool alike = meets_alike(g, s, there);
   const double errors = alike ? errors_of_meeting() : 0;

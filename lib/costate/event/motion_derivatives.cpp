@@ -40,11 +40,12 @@ void require_one_impact(const Contacts& contacts, const Contact* own, const Stat
 
 double MotionEvents::acceleration_by_forces(const StateView& s) {
   impact_->balance().prepare(s);
+  assembly_.calc_force_amounts(s, amounts_);
   double largest = 0;
   for (int j = 0; j < assembly_.n(); ++j) {
     const auto at = assembly_.square().find(j, j);
     const double mass = at < 0 ? 0 : assembly_.M[static_cast<std::size_t>(at)];
-    if (mass > 0) largest = std::max(largest, std::abs(assembly_.Q[static_cast<std::size_t>(j)]) / mass);
+    if (mass > 0) largest = std::max(largest, amounts_[static_cast<std::size_t>(j)] / mass);
   }
   return largest;
 }

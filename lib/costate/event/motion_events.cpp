@@ -16,6 +16,7 @@
 #include "costate/event/time_of_change.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/mechanism/guarded_forces.h"
+#include "costate/mechanism/length_size.h"
 
 namespace costate {
 
@@ -72,6 +73,11 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
       if (gaps && g.force == &force && gaps->gap_of_guard(g.k) >= 0)
         g.gap.emplace(force, *gaps, gaps->gap_of_guard(g.k));
   }
+  if (!guards_.empty()) length_ = length_size(mech);
+}
+
+double MotionEvents::size_of(const Force& force, const StateView& s) const {
+  return std::max(largest_coordinate(force, s), length_);
 }
 
 void MotionEvents::load(const GuardOf& g, const StateView& s) {
@@ -197,7 +203,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       if (g.just_left) {
         // It may begin a little below the ground, by what the integrator has let it drift, and what lets go leaves with
         // the cube of time: only beyond rounding it has left.
-        const double before = value(g, at(begin)) * direction, size = largest_coordinate(*g.force, at(end)),
+        const double before = value(g, at(begin)) * direction, size = size_of(*g.force, at(end)),
                      rounding = kGapRounding * size;
         if (after_[i] * direction < -rounding) {
           g.ready = true;
@@ -311,7 +317,9 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
     if (!g.gap) continue;
     ends[i] = g.gap->look(last, assembly_);
     near = near || g.seen.t != from || !stays_away(g.seen, ends[i]);
-    size = std::max(size, largest_coordinate(*g.force, last));
+    // What is past and was not seen to come stays away on the wrong side.
+    near = near || (!g.ready && ends[i].m.gap * g.guarded->guard_direction(g.k) > 0);
+    size = std::max(size, size_of(*g.force, last));
   }
   reach_ = std::max(reach_, size);
   if (near) {
@@ -341,7 +349,7 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
 // What has left by less than is seen of it, and comes back.
 void MotionEvents::require_seen(const GuardOf& g, double last, double past, const StateView& s) {
   if (!g.gap || g.guarded->past_at_start(g.k).empty()) return;
-  const double size = std::max(reach_, largest_coordinate(*g.force, s));
+  const double size = std::max(reach_, size_of(*g.force, s));
   if (last <= kAtGround * size && past > kAtGround * size)
     throw SolverError(fmt::format(
         "At t = {:.9g} s '{}' is past by {:.3g} m, and had not been seen to come: what it left from it left "

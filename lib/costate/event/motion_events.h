@@ -66,6 +66,9 @@ class MotionEvents {
   double last_jump() const { return last_jump_; }
   /// What it took from the kinetic energy, in J; 0 but at impacts.
   double last_loss() const { return last_loss_; }
+  /// For how long contacts that the last cross() has closed, as their bounces had died out, would still bounce [s]; and
+  /// the states z, accelerations and multipliers x with these open, as they would be for nearly all of it.
+  double unseen_bounces(const StateView& behind, std::vector<double>& z, std::vector<double>& x);
   /// After begin() or cross(): how long what leaves a gap stays open at the least, if it comes back as it was sent off;
   /// infinite where nothing does. Steps have to be shorter, whatever errors of positions allow.
   double last_hop() const { return last_hop_; }
@@ -240,6 +243,11 @@ class MotionEvents {
     double largest_approach = 0;
     std::vector<double> died_at = {};  // when its bounces had died out; known up to `decided`, for the way back
     double decided = -std::numeric_limits<double>::infinity();
+    /// For how long it would still bounce where it has closed, as that had died out.
+    struct Unseen {
+      double since = std::numeric_limits<double>::quiet_NaN(), lasts_s = 0;
+    };
+    Unseen unseen = {};
     bool closed = false;
     int slides = 0;  // the direction
   };
@@ -297,8 +305,10 @@ class MotionEvents {
   void find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play, double speed);
   /// Accelerations and multipliers (n, m) at the rows that z has.
   void solve_motion(const StateView& s, double* x);
+  /// What positions of the force are rounded by: the largest one, or the mechanism's length, if they are all small.
+  double size_of(const Force& force, const StateView& s) const;
   // In event/motion_derivatives.cpp.
-  /// The largest |Q_j|/M_jj: what forces alone make.
+  /// The largest sum of |Q_j|/M_jj by elements: what forces alone make, of which nothing is left where they balance.
   double acceleration_by_forces(const StateView& s);
   /// Whether `c` slides no other way than `own`, as points of one body do on one plane: both stop together.
   bool slides_as(const ContactOf& c, const ContactOf& own, const StateView& s);
@@ -346,9 +356,11 @@ class MotionEvents {
   std::vector<PathDual> lambda_;
   std::unique_ptr<Impact> expansion_;  // of Poisson's law what the compression, impact_, gives back
   bool expands_ = false;
+  std::vector<double> amounts_;            // of forces, by coordinates
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
   double fastest_ = 0;                     // largest speed of any coordinate so far
   double reach_ = 0;                       // largest position of what has gaps so far
+  double length_ = 0;                      // of the mechanism
   std::optional<Pass> nearest_pass_;
   std::vector<double> looks_;
   std::vector<GapTrace::Look> trace_;

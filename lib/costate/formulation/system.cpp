@@ -140,6 +140,19 @@ void System::set_cost_tangent(const std::optional<MovingTime>& moving) {
   for (const double by : moving->by) jump_cost_tangent_.push_back(moving->cost * by);
 }
 
+double System::cost_of_unseen_bounces(double t, const double* y) {
+  if (!events_ || !has_running_cost()) return 0;
+  StateView open = kinematic_state(t, y);
+  std::vector<double> z, x;
+  const double time = events_->unseen_bounces(open, z, x);
+  if (time == 0) return 0;
+  open.z = z.data();
+  open.a = x.data();
+  open.lambda = x.data() + assembly_.n();
+  const double bouncing = objective_.running_value(open, assembly_);
+  return time * std::abs(running_cost(t, y) - bouncing);
+}
+
 double System::running_cost(double t, const double* y) {
   const bool accelerations = objective_.running_needs_accelerations();
   return objective_.running_value(accelerations ? mechanism_state(t, y) : kinematic_state(t, y), assembly_);

@@ -147,6 +147,9 @@ class System {
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.
   double event_jump() const { return events_->last_jump(); }
   double event_loss() const { return events_->last_loss(); }
+  /// With the state behind it: by how much the running part of psi may be off where it has closed contacts whose
+  /// bounces had died out. What they do meanwhile is not seen: a force is a steady one, not one impulse after another.
+  double cost_of_unseen_bounces(double t, const double* y);
   /// How long what has just left a gap stays open (MotionEvents::last_hop()).
   double event_hop() const { return events_ ? events_->last_hop() : std::numeric_limits<double>::infinity(); }
   MotionEvents::History event_history() const { return events_ ? events_->history() : MotionEvents::History{}; }

@@ -50,6 +50,9 @@ void SceneReader::read_cycle() {
   }
   c.period_s = t.find_value("period_s", NumberRule::positive);
   c.after_s = t.value("after_s", NumberRule::non_negative, 0);
+  if (c.period_s && c.after_s > 0)
+    t.fail("after_s",
+           "is when a section is looked for; a cycle of a given period begins where the run does, at run.t_start_s.");
   c.count = t.whole_number("count", 1);
   if (c.count < 1) t.fail("count", fmt::format("must be 1 or more, found {}.", c.count));
   c.settle = t.whole_number("settle", 0);

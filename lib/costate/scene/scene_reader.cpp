@@ -38,11 +38,11 @@ decltype(auto) at(const std::string& subject, const F& f) {
 }  // namespace
 
 void check_name(const SceneTable& table, const std::string& name) {
-  const bool good = !name.empty() && name.find_first_of(".[]=\"'\\ \t\r\n") == std::string::npos;
+  const bool good = !name.empty() && name.find_first_of("./[]=\"'\\ \t\r\n") == std::string::npos;
   if (!good)
-    throw SceneError(table.where(), fmt::format("'{}' cannot be a name: it must not be empty nor hold dots, brackets, "
-                                                "quotes, '=' or blanks, because paths such as spring.S1.preload_N "
-                                                "are made of names.",
+    throw SceneError(table.where(), fmt::format("'{}' cannot be a name: it must not be empty nor hold dots, slashes, "
+                                                "brackets, quotes, '=' or blanks, because paths such as "
+                                                "spring.S1.preload_N, in files /outputs/S1.force, are made of names.",
                                                 name));
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/cycle_values.h"
 #include "costate/cycle/return_map.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/named_event.h"
@@ -22,12 +24,30 @@ constexpr int kLooks = 400;
 constexpr double kReadAtStart = 1e-3;  // of a run of which the start alone is read
 constexpr double kAtTheGround = 1e-4;  // of the coordinates: a contact that has just let go
 
-/// Which force states nothing depends on, not even they themselves: no column of theirs along the motion.
-std::vector<bool> passive_states(const Problem& problem, const std::vector<double>& rho) {
-  std::vector<bool> passive(static_cast<std::size_t>(problem.mechanism->state_count()), true);
-  if (passive.empty()) return passive;
-  Assembly assembly(problem.mechanism, problem.parameters);
-  assembly.set_parameters(rho.data());
+/// Which force states nothing of the motion depends on, not even they themselves: no column of theirs along it; and
+/// which costs do.
+struct StateUsers {
+  std::vector<bool> passive, costed;
+};
+StateUsers users_of_states(const Problem& problem, const std::vector<double>& rho) {
+  const auto states = static_cast<std::size_t>(problem.mechanism->state_count());
+  StateUsers users{std::vector<bool>(states, true), std::vector<bool>(states, false)};
+  std::vector<bool>&passive = users.passive, &costed = users.costed;
+  if (passive.empty()) return users;
+  const ValuedProblem valued =
+      has_cycle_values(problem) ? with_cycle_values(problem, rho, CycleValues::Ones()) : ValuedProblem{problem, rho};
+  Assembly assembly(valued.problem.mechanism, valued.problem.parameters);
+  assembly.set_parameters(valued.rho.data());
+  ScalarGradient g;
+  g.resize(assembly);
+  const auto mark_costs = [&](const MechanismState& state, const auto& terms) {
+    for (const auto& term : terms) {
+      g.set_zero();
+      term->add_gradient(state, assembly, 1, g);
+      for (std::size_t i = 0; i < states; ++i)
+        if (!(g.z[static_cast<Eigen::Index>(i)] == 0)) costed[i] = true;
+    }
+  };
   const auto mark = [&](const SparsePattern& pattern, const std::vector<double>& values) {
     for (int j = 0; j < pattern.cols; ++j)
       for (auto e = pattern.column_start[static_cast<std::size_t>(j)];
@@ -46,11 +66,30 @@ std::vector<bool> passive_states(const Problem& problem, const std::vector<doubl
       assembly.calc_partials(state);
       mark(assembly.force_state(), assembly.Q_z);
       mark(assembly.state_state(), assembly.f_z);
+      mark_costs(state, problem.objective.running);
+      mark_costs(state, problem.objective.terminal);
     });
   } catch (const SolverError&) {  // what was seen before it fell over is enough
   }
   take_notices();
-  return passive;
+  return users;
+}
+
+/// They begin anew at each meeting, so that behind several a cost would see the last one's part of them.
+void require_whole_states(const Mechanism& m, const CycleSettings& settings, const Section& section,
+                          const StateUsers& users) {
+  if (settings.count == 1) return;
+  const std::vector<std::string> names = m.state_names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool mode = std::any_of(section.modes().begin(), section.modes().end(),
+                                  [&](const SectionMode& s) { return s.state == static_cast<int>(i); });
+    if (users.passive[i] && users.costed[i] && !mode)
+      throw CapabilityError(fmt::format(
+          "The cost holds '{}', which begins anew whenever the section is met: over a cycle of {} meetings (count) it "
+          "would be that since the last one. Where forces are periodic give the whole period as cycle.period_s; else "
+          "take the integral of its rate, a running cost on the power.",
+          names[i], settings.count));
+  }
 }
 
 /// Where the scene starts just behind the impact that the section is, its contact closed: the contact that has let go,
@@ -93,7 +132,9 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
                      "A cycle is looked for among states that [start] gives: list as many coordinates as there are "
                      "degrees of freedom in 'given', without 'equilibrium'.");
   const std::string let_go = let_go_at_start(problem, settings, rho);
-  auto section = std::make_unique<Section>(problem, settings, passive_states(problem, rho), let_go);
+  const StateUsers users = users_of_states(problem, rho);
+  auto section = std::make_unique<Section>(problem, settings, users.passive, let_go);
+  require_whole_states(m, settings, *section, users);
   Problem first = problem;
   first.objective = {};
   // With a period, or just behind its impact, the motion begins where the scene has it.

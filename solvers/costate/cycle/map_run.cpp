@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "costate/base/error.h"
 #include "costate/integrator/run_end.h"
@@ -167,6 +169,8 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
         {end->time(), section.settings().event.empty() ? end->event().name : section.end()->output->name()});
   Simulation seen;
   seen.psi = r.psi;
+  std::copy_if(r.events.begin(), r.events.end(), std::back_inserter(seen.events),
+               [](const RunEvent& e) { return e.cost_unseen > 0; });
   watch.conclude(seen);
   return r;
 }

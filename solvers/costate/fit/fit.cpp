@@ -214,11 +214,7 @@ std::vector<SampleResiduals> residuals_with_other_errors(const std::vector<Probl
                                                          const std::vector<double>& rho, FitResult& result) {
   const auto at = [&](double part, bool derivatives) {
     std::vector<Problem> others = problems;
-    for (Problem& p : others) {
-      const double least = std::max(p.solver.rtol * part, kTightest);
-      p.solver.atol = p.solver.absolute() * least / p.solver.rtol;
-      p.solver.rtol = least;
-    }
+    for (Problem& p : others) p.solver.set_rtol(std::max(p.solver.rtol * part, kTightest));
     const Unsaid another;
     SampleResiduals r = Residuals(others).at(rho, derivatives);
     result.counters += r.counters;

@@ -36,6 +36,9 @@ constexpr double kInvariant = 3e-3;
 constexpr double kOfStep = 0.2, kUnresolvedPsi = 2e-3;
 constexpr long kManySteps = 1000;
 
+// Of what bounces leave out of psi that is said, in rtol of it.
+constexpr double kUnseenSaid = 1e3;
+
 // From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
@@ -102,6 +105,16 @@ void RunWatch::tell_of_motion() const {
   for (const auto& text : watch_.warnings()) notice(text);
 }
 
+double cost_unseen(const std::vector<RunEvent>& events) {
+  double sum = 0;
+  for (const RunEvent& e : events) sum += e.cost_unseen;
+  return sum;
+}
+
+double gradient_unseen(const std::vector<RunEvent>& events) {
+  return cost_unseen(events) * static_cast<double>(2 + events.size());
+}
+
 void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   tell_of_motion();
@@ -112,6 +125,14 @@ void RunWatch::conclude(Simulation& result) const {
       left > kUnresolvedPsi * std::abs(result.psi) && left < std::abs(result.psi) &&
       problem_.solver.rtol * std::abs(result.psi) < problem_.solver.absolute() * cost_size(*problem_.mechanism))
     widen_error(result, left);
+  if (const double unseen = cost_unseen(result.events); unseen > 0) {
+    widen_error(result, unseen);
+    if (unseen > kUnseenSaid * problem_.solver.rtol * std::abs(result.psi))
+      notice(fmt::format(
+          "psi holds a force that acts as bounces die out, and may be off by {:.2g}: they are too small to be seen "
+          "before they end, and no tolerance makes them larger.",
+          unseen));
+  }
   if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(
@@ -132,6 +153,8 @@ void RunWatch::conclude(GradientResult& result) const {
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);
   tell_of_coincident(problem_, system_.assembly().numbers(), result.events);
+  if (const double unseen = gradient_unseen(result.events); unseen > 0)
+    widen_error(result, problem_.parameters, 0, unseen);
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));

@@ -62,6 +62,11 @@ class RunWatch {
 /// run under a watch.
 double last_drift();
 
+/// What psi may be off by as bounces that died out were not seen.
+double cost_unseen(const std::vector<RunEvent>& events);
+/// And its scaled derivatives: how long the bounces take goes with what each leaves to the power of their number.
+double gradient_unseen(const std::vector<RunEvent>& events);
+
 /// Gives notice of a gradient whose run would have to be repeated with this part of its tolerances.
 void tell_unresolved(const Problem& problem, GradientResult& result, double part);
 

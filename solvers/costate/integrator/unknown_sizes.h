@@ -5,18 +5,14 @@
 #include <vector>
 
 #include "costate/formulation/system.h"
+#include "costate/mechanism/length_size.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
 
-/// The unit of length of a mechanism's tolerances [m]: 1 for mechanisms of 0.1 m and more, of which nothing changes;
-/// for smaller ones the power of ten next above their largest length. Steps of ten, so that it hardly ever moves with a
-/// parameter, and the scene's own numbers, so that it does not at all within a scene.
-double length_size(const Mechanism& mechanism);
-
-/// The same of its velocities, in such lengths or radians a second. Where nothing but its start moves a mechanism (no
-/// force, no gravity, no row with a law of time) it has no other speed than those given there, and a slow motion is a
-/// fast one with another clock: below 1e-3 the power of ten next above the largest, else 1.
+/// As length_size() of its velocities, in such lengths or radians a second. Where nothing but its start moves a
+/// mechanism (no force, no gravity, no row with a law of time) it has no other speed than those given there, and a slow
+/// motion is a fast one with another clock: below 1e-3 the power of ten next above the largest, else 1.
 double rate_size(const Mechanism& mechanism);
 
 /// One an unknown: that length for what is measured in m, m/s or m/s^2, else 1; times the rate for velocities.

@@ -368,7 +368,10 @@ class Certifier {
 
 }  // namespace
 
-Certificate certify(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
+Certificate certify(const Design& of, const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
+  Design design = of;  // of the tolerances that its psi was resolved with
+  for (std::size_t c = 0; c < best.tolerances.size(); ++c)
+    if (best.tolerances[c].atol > 0) design.cases[c].problem.solver.set_absolute(best.tolerances[c]);
   const auto tightest = std::min_element(
       design.cases.begin(), design.cases.end(),
       [](const DesignCase& a, const DesignCase& b) { return a.problem.solver.rtol < b.problem.solver.rtol; });

@@ -8,8 +8,10 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -47,6 +49,7 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
     failed.rho = e.rho;
     failed.psi = failed.projected_gradient = std::numeric_limits<double>::quiet_NaN();
     failed.failure = failure.what();
+    failed.tolerances = e.tolerances;
     const auto says = [&](const std::string& words) { return failed.failure.find(words) != std::string::npos; };
     if (step_limit_ > 0 &&
         (says(fmt::format("after {} steps", step_limit_)) || says(fmt::format("the limit of {} ", step_limit_))))
@@ -60,14 +63,17 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
 
 void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before) {
   limit_steps(before);
+  first_ = before.empty();
+  if (!first_) e.tolerances = before.back().tolerances;
+  e.tolerances.resize(design_.cases.size());
   std::vector<CaseValues> values(design_.cases.size());
   for_each_job(values.size(), jobs(), [&](std::size_t i) {
     const DesignCase& c = design_.cases[i];
     try {
       if (c.located)
-        c.located([&] { values[i] = run(c, e); });
+        c.located([&] { values[i] = run(i, e); });
       else
-        values[i] = run(c, e);
+        values[i] = run(i, e);
     } catch (const SolverError& failure) {
       if (c.name.empty()) throw;
       throw SolverError(c.title() + failure.what());
@@ -79,27 +85,49 @@ void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEval
   combine(e, values);
   for (std::size_t j = 0; j < e.rho.size(); ++j) {
     const Parameter& p = design_.parameters.parameters[j];
-    const double x = e.rho[j] / p.scale, g = e.gradient[j] * p.scale;
-    const double moved = std::clamp(x - g, p.lower / p.scale, p.upper / p.scale);
-    e.projected_gradient = std::max(e.projected_gradient, std::abs(moved - x));
+    // |P(x - g) - x|, of which x - g must not round a small g away.
+    const double x = e.rho[j] / p.scale, g = std::abs(e.gradient[j] * p.scale);
+    const double room = e.gradient[j] > 0 ? x - p.lower / p.scale : p.upper / p.scale - x;
+    e.projected_gradient = std::max(e.projected_gradient, std::min(g, std::max(room, 0.0)));
   }
 }
 
-Evaluator::CaseValues Evaluator::run(const DesignCase& c, const OptimizerEvaluation& e) const {
+// A psi that falls far below its first value is compared with that, and another tolerance would be another function to
+// the line search: the first one's size decides.
+GradientResult Evaluator::resolved(Problem& problem, const std::string& method, const std::vector<double>& rho) const {
+  GradientResult r = gradient(problem, method, rho);
+  if (first_) resolve_small_psi(problem, r, [&](const Problem& p) { return gradient(p, method, rho); });
+  return r;
+}
+
+Evaluator::CaseValues Evaluator::run(std::size_t index, OptimizerEvaluation& e) {
+  const DesignCase& c = design_.cases[index];
   Problem problem = c.problem;
   if (e.rtol > 0) problem.solver.set_rtol(e.rtol);
+  AbsoluteTolerances& tolerances = e.tolerances[index];
+  if (tolerances.atol > 0) problem.solver.set_absolute(tolerances);
+  const double atol = problem.solver.atol;
   if (step_limit_ > 0) problem.solver.max_steps = std::min(problem.solver.max_steps, step_limit_);
   problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
   const std::vector<double> rho = c.own(e.rho);
   if (c.admit) c.admit(rho);
   CaseValues v;
-  v.cost = gradient(problem, c.method, rho);
+  std::vector<std::string> said;  // by all of them
+  const auto take_said = [&] {
+    for (auto& sentence : take_notices()) said.push_back(std::move(sentence));
+  };
+  take_said();
+  v.cost = resolved(problem, c.method, rho);
   require_finite(problem, v.cost, "psi");
   for (const auto& k : c.constraints) {
+    take_said();
     problem.objective = k.objective;
-    v.constraints.push_back(gradient(problem, c.method, rho));
+    v.constraints.push_back(resolved(problem, c.method, rho));
     require_finite(problem, v.constraints.back(), fmt::format("the constraint '{}'", k.name));
   }
+  take_said();
+  for (const auto& sentence : said) notice(sentence);
+  if (problem.solver.atol != atol) tolerances = problem.solver.absolute_by_rtol();
   return v;
 }
 

@@ -46,6 +46,9 @@ struct OptimizerEvaluation {
   Counters counters;
   double wall_s = 0;
   double rtol = 0;  // of an optimization that adapts it; 0: the problem's
+  /// Of each case, where a psi or a constraint whose first value is far below the problem's absolute tolerances asked
+  /// for smaller ones; or 0, or no entry: the problem's.
+  std::vector<AbsoluteTolerances> tolerances;
   bool replayed = false;
   /// Made where the run ended, of its best point at the last tolerance: a run that goes on does not ask for it.
   bool ending = false;

@@ -2,6 +2,7 @@
 // it gives: psi, its gradient, counters.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -15,6 +16,11 @@
 #include "costate/scene/cycle_settings.h"
 
 namespace costate {
+
+/// Those of SolverOptions in parts of rtol, whatever that is.
+struct AbsoluteTolerances {
+  double atol = 0, cost_atol = 0;
+};
 
 struct SolverOptions {
   double t_start = 0;  // s
@@ -43,6 +49,17 @@ struct SolverOptions {
     if (atol > 0) atol *= to / rtol;
     cost_atol *= to / rtol;
     rtol = to;
+  }
+  /// All of them `part` as large, but no smaller than these.
+  void tighten(double part, double least_rtol, double least_atol = 0) {
+    atol = std::max(absolute() * part, least_atol);  // which may be rtol's
+    rtol = std::max(rtol * part, least_rtol);
+    cost_atol *= part;
+  }
+  AbsoluteTolerances absolute_by_rtol() const { return {absolute() / rtol, cost_atol / rtol}; }
+  void set_absolute(const AbsoluteTolerances& by_rtol) {
+    atol = by_rtol.atol * rtol;
+    cost_atol = by_rtol.cost_atol * rtol;
   }
 };
 
@@ -97,6 +114,7 @@ struct RunEvent {
   std::string mode = {};   // behind it, of an event of the mechanism: "closed"
   double jump = 0;         // of the state that jumped most, an approach speed [m/s]
   double energy_lost = 0;  // by an impact, J
+  double cost_unseen = 0;  // what psi may be off by, as bounces from here on are too small to be seen
 };
 
 /// By how much psi and each derivative may be off, as far as a run has found that out besides: by confirming itself, or

@@ -66,10 +66,6 @@ struct Apart {
   std::string what;
 };
 
-double size_of_psi(const Problem& problem, const GradientResult& r) {
-  return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
-}
-
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
   const double zero = negligible_cost(*problem.mechanism, problem.solver), psi_size = size_of_psi(problem, b),
@@ -168,6 +164,10 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
 
 }  // namespace
 
+double size_of_psi(const Problem& problem, const GradientResult& r) {
+  return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
+}
+
 bool resolve_small_psi(Problem& problem, double size, double part) {
   const double tolerated = problem.solver.absolute() * cost_size(*problem.mechanism),
                least = part > 0 ? part : kUnresolved * problem.solver.rtol;
@@ -180,23 +180,32 @@ bool resolve_small_psi(Problem& problem, double size, double part) {
   return true;
 }
 
+bool resolve_small_psi(Problem& problem, GradientResult& result, const GradientRun& run) {
+  Problem resolved = problem;
+  if (!resolve_small_psi(resolved, size_of_psi(problem, result))) return false;
+  const std::vector<std::string> said = take_notices();
+  Problem few = resolved;
+  few.solver.max_steps = std::min(few.solver.max_steps, kMostFiner * result.counters.steps + kStepsOfFew);
+  GradientResult finer;
+  if (!attempt(few, 1, run, finer) ||
+      !(apart(resolved, result, finer).relative > std::min(kMuch, kKnown * problem.solver.rtol))) {
+    take_notices();
+    for (const auto& s : said) notice(s);
+    return false;
+  }
+  finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
+  result = std::move(finer);
+  problem = std::move(resolved);
+  return true;
+}
+
 GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, Looks looks,
                          bool* sensitive) {
   const double rtol = asked.solver.rtol;
   if (rtol * kTighter < kTightest) return result;
-  std::vector<std::string> said = take_notices();
   Problem problem = asked;
-  if (GradientResult finer; resolve_small_psi(problem, size_of_psi(problem, result))) {
-    Problem few = problem;
-    few.solver.max_steps = std::min(few.solver.max_steps, kMostFiner * result.counters.steps + kStepsOfFew);
-    if (attempt(few, 1, run, finer) && apart(problem, result, finer).relative > std::min(kMuch, kKnown * rtol)) {
-      finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
-      result = finer;
-      said = take_notices();
-    } else {
-      problem = asked;
-    }
-  }
+  resolve_small_psi(problem, result, run);
+  std::vector<std::string> said = take_notices();
   const auto say = [](const std::vector<std::string>& sentences) {
     take_notices();
     for (const auto& s : sentences) notice(s);

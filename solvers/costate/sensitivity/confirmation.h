@@ -34,4 +34,11 @@ GradientResult confirmed(const Problem& problem, GradientResult result, const Gr
 /// that is given; false where they are that small as it is.
 bool resolve_small_psi(Problem& problem, double psi_size, double part = 0);
 
+/// What counts as psi's size: itself, or a millionth of its largest scaled derivative.
+double size_of_psi(const Problem& problem, const GradientResult& result);
+
+/// The same of a result of `run`, where it changes by that what rtol promises: `result` and `problem` are those of the
+/// smaller tolerances then, and notices are those of its run alone.
+bool resolve_small_psi(Problem& problem, GradientResult& result, const GradientRun& run);
+
 }  // namespace costate

@@ -15,6 +15,7 @@
 #include "costate/level/penalty_weight.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -36,11 +37,12 @@ Problem with_a_part_of_the_step(const Problem& problem, const Simulation& result
   return p;
 }
 
-Problem with_tolerance(const Problem& problem, double part) {
+/// A psi of that size that is far below its absolute tolerances has the same errors by all of them: smaller ones tell.
+Problem with_tolerance(const Problem& problem, double part, double size) {
   Problem p = problem;
   p.solver.confirm = false;
-  p.solver.rtol = std::max(problem.solver.rtol * part, kTightestEstimate);
-  p.solver.atol = std::max(problem.solver.absolute() * part, 1e-16);
+  const bool small = resolve_small_psi(p, size);
+  p.solver.tighten(part, kTightestEstimate, small ? 0 : 1e-16);
   return p;
 }
 
@@ -50,6 +52,8 @@ ErrorEstimate apart(const Simulation& result, const Simulation& other) {
   e.psi = std::abs(result.psi - other.psi);
   return e;
 }
+
+double size_of_psi(const Problem&, const Simulation& result) { return std::abs(result.psi); }
 
 ErrorEstimate apart(const GradientResult& result, const GradientResult& other) {
   ErrorEstimate e = apart(static_cast<const Simulation&>(result), static_cast<const Simulation&>(other));
@@ -80,14 +84,14 @@ ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool 
   }
   const auto tightest = [](const Problem& p) { return p.solver.rtol <= kTightestEstimate; };
   for (double part = kFirst;; part *= kFirst) {
-    const Problem tighter = with_tolerance(problem, part);
+    const Problem tighter = with_tolerance(problem, part, size_of_psi(problem, result));
     const Result better = run(tighter);
     const bool another =
         static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps);
     if (!another && part >= kFarthest && !tightest(tighter)) continue;
     add_apart(result, better, 1, e);
     if (!tightest(tighter)) try {
-        add_apart(result, run(with_tolerance(problem, kSecond * part)), 1, e);
+        add_apart(result, run(with_tolerance(problem, kSecond * part, size_of_psi(problem, result))), 1, e);
       } catch (const SolverError&) {
         // So tight a tolerance cannot be met; the first tells.
       }

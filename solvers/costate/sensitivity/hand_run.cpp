@@ -293,6 +293,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   const double left = largest_scaled(problem.parameters, r.gradient_error),
                size = gradient_size(problem.parameters, r.psi, r.gradient);
   if (motion.told_drift > 0) widen_error(r, problem.parameters, motion.told_drift * r.psi, motion.told_drift * size);
+  if (const double unseen = cost_unseen(motion.events); unseen > 0)
+    widen_error(r, problem.parameters, unseen, gradient_unseen(motion.events));
   if (left > kSaidOfHalving * problem.solver.rtol * size) {
     widen_error(r, 0, r.gradient_error);
     notice(fmt::format(

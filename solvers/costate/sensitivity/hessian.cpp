@@ -34,7 +34,7 @@ Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
 Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho) {
   constexpr double kTighter = 0.1, kTightest = 1e-13, kOfChange = 1.0 / 3, kOfSoftness = 1 / 0.9;
   Problem tight = problem;
-  tight.solver.rtol = std::max(kTighter * problem.solver.rtol, std::min(kTightest, problem.solver.rtol));
+  tight.solver.tighten(kTighter, std::min(kTightest, problem.solver.rtol));
   Hessian h;
   try {
     h = hessian(tight, rho);

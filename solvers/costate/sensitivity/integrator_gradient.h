@@ -111,8 +111,7 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   const double size = std::max(std::abs(r.psi), largest_scaled(problem.parameters, r.gradient));
   if (part < 1 && size > negligible_cost(*problem.mechanism, problem.solver)) {
     Problem finer = problem;
-    finer.solver.rtol = part * asked;
-    finer.solver.atol = part * problem.solver.absolute();
+    finer.solver.tighten(part, 0);
     try {
       const GradientResult first = r;
       r = run(finer, asked, part);

@@ -1,0 +1,23 @@
+#include "costate/mechanism/length_size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace costate {
+
+double length_size(const Mechanism& mechanism) {
+  double largest = 0;
+  const auto is_length = [](const std::string& path) {  // "length_m", but neither "..._N_per_m" nor "..._N_m"
+    return path.ends_with("_m") && !path.ends_with("_per_m") && !path.ends_with("_N_m");
+  };
+  for (const Number& n : mechanism.numbers())
+    if (is_length(n.path)) largest = std::max(largest, std::abs(n.value));
+  for (const Coordinate& c : mechanism.coordinates())
+    if (c.unit == "m")
+      largest = std::max(largest, std::abs(mechanism.numbers()[static_cast<std::size_t>(c.position_number)].value));
+  if (largest >= 0.1 || largest == 0) return 1;
+  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+}
+
+}  // namespace costate

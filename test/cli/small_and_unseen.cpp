@@ -1,0 +1,104 @@
+// What commands said of psi far below absolute tolerances, of cycles of several returns, of rests that cannot be and of
+// files of another run, before: numbers that were wrong in silence, each with what is right.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "process.h"
+#include "support/paths.h"
+
+using namespace costate::test;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string kScenes = COSTATE_SOURCE_DIR "/test/cases/";
+constexpr double kPulse = 2.00910255153e-11;
+
+}  // namespace
+
+// All rows had the same error, 3 %, and the methods were said to disagree.
+TEST_CASE("check: rows resolve a psi far below absolute tolerances") {
+  const WorkingDirectory here;
+  const Outcome o = run_costate({"check", kScenes + "pulse_seen.toml", "--json", "--no-files"}, here.path());
+  INFO(o.err);
+  const Json j = Json::parse(o.out);
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("reference").at("psi").get<double>() == Approx(kPulse).epsilon(1e-6));
+  CHECK_THAT(j.at("reference").at("note").get<std::string>(), Contains("psi is far below absolute tolerances"));
+  int rows = 0;
+  for (const Json& row : j.at("rows")) {
+    if (!row.contains("psi") || !row.at("psi").is_number()) continue;
+    CAPTURE(row.at("formulation"), row.at("method"));
+    CHECK(row.at("psi").get<double>() == Approx(kPulse).epsilon(1e-3));
+    ++rows;
+  }
+  CHECK(rows > 20);
+}
+
+// It printed eight digits of a psi that was 3 % off.
+TEST_CASE("compare: digits of psi are those that are known") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "pulse_seen.toml";
+  const Json j = costate_json({"compare", scene, scene, "--no-files"}, here.path());
+  CHECK(j.at("a").at("psi").get<double>() == Approx(kPulse).epsilon(1e-4));
+  const Json alone = costate_json({"compare", scene, scene, "--no-files", "--no-gradient"}, here.path());
+  const double error = std::abs(alone.at("a").at("psi").get<double>() - kPulse);
+  CHECK(alone.at("a").at("psi_error").get<double>() >= 0.5 * error);
+}
+
+// The work of the last return alone was taken for that of the cycle.
+TEST_CASE("cycle: costs on what grows from the section on are refused over several returns") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "worked_disk.toml";
+  const Json once = costate_json({"gradient", scene, "--set", "run.cycle=true", "--no-files"}, here.path());
+  CHECK(once.at("psi").get<double>() == Approx(0.41460449979).epsilon(1e-7));
+  const Json whole = costate_json(
+      {"gradient", scene, "--set", "run.cycle=true", "--set", "cycle.period_s=6", "--no-files"}, here.path());
+  CHECK(whole.at("psi").get<double>() == Approx(3 * 0.41460449979).epsilon(1e-7));
+  for (const char* command : {"gradient", "cycle"}) {
+    const Outcome o =
+        run_costate({command, scene, "--set", "run.cycle=true", "--set", "cycle.count=3", "--no-files"}, here.path());
+    CHECK(o.status == 1);
+    CHECK_THAT(o.err, Contains("'couple.drive.work'") && Contains("3 meetings"));
+  }
+  // A cost that does not hold it may have as many.
+  const Json angle = costate_json({"gradient", scene, "--set", "run.cycle=true", "--set", "cycle.count=3", "--set",
+                                   "cost.terminal[0].output=\"disk.angle\"", "--no-files"},
+                                  here.path());
+  CHECK(angle.at("status") == "ok");
+  const Outcome late = run_costate({"cycle", scene, "--after", "0.5", "--no-files"}, here.path());
+  CHECK(late.status == 1);
+  CHECK_THAT(late.err, Contains("run.t_start_s"));
+}
+
+TEST_CASE("modes: about a rest of contacts that cannot be") {
+  const WorkingDirectory here;
+  const Outcome o = run_costate({"modes", kScenes + "sticks_on_slope.toml", "--no-files"}, here.path());
+  CHECK_THAT(o.err, Contains("This is no rest of a mechanism with its contacts"));
+  // With friction enough it is one.
+  const Outcome held = run_costate(
+      {"modes", kScenes + "sticks_on_slope.toml", "--set", "contact.f.friction_coefficient=2", "--no-files"},
+      here.path());
+  CHECK_THAT(held.err, !Contains("no rest"));
+}
+
+TEST_CASE("simulate: a CSV of another run does not stay beside the files of this one") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "worked_disk.toml";
+  const auto csv = here.path() / "results/worked_disk/trajectory.csv";
+  REQUIRE(run_costate({"simulate", scene, "--csv"}, here.path()).status == 0);
+  CHECK(std::filesystem::exists(csv));
+  REQUIRE(run_costate({"simulate", scene, "--t-end", "1"}, here.path()).status == 0);
+  CHECK(!std::filesystem::exists(csv));
+}
+
+TEST_CASE("names: a slash would be a step of a path in result files") {
+  const WorkingDirectory here;
+  const std::string scene = (here.path() / "slash.toml").string();
+  write_text(scene, "[point.\"a/b\"]\nx_m = 0\ny_m = 0\n[mass.m]\npoint = \"a/b\"\nmass_kg = 1\n");
+  const Outcome o = run_costate({"simulate", scene}, here.path());
+  CHECK(o.status == 1);
+  CHECK_THAT(o.err, Contains("'a/b' cannot be a name"));
+}

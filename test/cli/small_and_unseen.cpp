@@ -102,3 +102,23 @@ TEST_CASE("names: a slash would be a step of a path in result files") {
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("'a/b' cannot be a name"));
 }
+
+// The tolerances that the first evaluation's psi asked for are those of all that follow, also of a run that goes on.
+TEST_CASE("optimize: a psi far below absolute tolerances, and a run of it that goes on") {
+  const WorkingDirectory here;
+  const std::vector<std::string> run = {"optimize", kScenes + "pulse_seen.toml", "--output", "out"};
+  const Json whole = costate_json(run, here.path());
+  CHECK(whole.at("psi").get<double>() == Approx(1.7724539e-11).epsilon(1e-4));
+  CHECK(whole.at("parameters").at("k").get<double>() == Approx(2.9319).epsilon(1e-3));
+  CHECK_THAT(whole.at("certificate").at("verdict").get<std::string>(), Contains("strict local minimum"));
+  std::string journal = file_text(here / "out/evaluations.jsonl");
+  std::size_t end = 0;
+  for (int line = 0; line < 5; ++line) end = journal.find('\n', end) + 1;  // a header and four evaluations
+  write_text(here / "out/evaluations.jsonl", journal.substr(0, end));
+  std::vector<std::string> again = run;
+  again.push_back("--resume");
+  const Json resumed = costate_json(again, here.path());
+  CHECK(resumed.at("psi") == whole.at("psi"));
+  CHECK(resumed.at("evaluations").size() == whole.at("evaluations").size());
+  CHECK(resumed.at("certificate").at("verdict") == whole.at("certificate").at("verdict"));
+}

@@ -194,16 +194,21 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const Problem whole = with_end_of(problem, method, rho);
   if (!method.perturbs) require_differentiable_laws(whole, rho, true);
   GradientResult r = with_cost_told(problem, rho, [&] { return method.gradient(whole, rho); });
-  const auto tell_end = [&](GradientResult& of) {
+  const auto tell_end = [&](GradientResult& of, const Problem& own) {
     if (!problem.ends_when || of.end) return;
     Assembly assembly(problem.mechanism, problem.parameters);
     assembly.set_parameters(rho.data());
-    of.end = RunEvent{whole.solver.t_end, problem.ends_when->text(assembly)};
+    of.end = RunEvent{own.solver.t_end, problem.ends_when->text(assembly)};
   };
-  tell_end(r);
+  tell_end(r, whole);
   require_finite(problem, r);  // whatever the method
   const double drift = last_drift();
-  const auto run = [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); };
+  const auto run = [&](const Problem& p) {
+    const Problem own = with_end_of(p, method, rho);
+    GradientResult of = method.gradient(own, rho);
+    tell_end(of, own);
+    return of;
+  };
   if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) {
     watch_penalty(problem, rho, r, drift, run);
     return r;
@@ -215,7 +220,6 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
                 Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
                 &sensitive);
   watch_penalty(problem, rho, best, sensitive ? HUGE_VAL : drift, run);
-  tell_end(best);
   return best;
 }
 

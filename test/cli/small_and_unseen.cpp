@@ -146,3 +146,18 @@ TEST_CASE("ends of runs by soft constraints say how well they are known") {
     CHECK(known > 0.3 * tips);
   }
 }
+
+// A gradient that is confirmed may be that of a tenth of the tolerance: its end is that run's, too.
+TEST_CASE("ends of runs are told of the run that psi is of") {
+  const WorkingDirectory here;
+  const std::vector<std::string> run = {
+      "gradient", kScenes + "soft_tip.toml", "--formulation", "penalty", "--method", "idas-adjoint", "--no-files"};
+  const auto by = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), run.begin(), run.end());
+    return costate_json(more, here.path());
+  };
+  const Json confirmed = by({}), at = by({"--no-confirm"}), tenth = by({"--no-confirm", "--rtol", "1e-9"});
+  REQUIRE(confirmed.at("psi") == tenth.at("psi"));
+  CHECK(confirmed.at("end").at("t") == tenth.at("end").at("t"));
+  CHECK(confirmed.at("end").at("t") != at.at("end").at("t"));
+}

@@ -13,6 +13,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/method.h"
+#include "support/cases.h"
 
 using namespace costate;
 
@@ -67,40 +68,8 @@ output = "s"
 
 namespace {
 
-// The place of an oscillator, x = sin(w t)/w with w = sqrt(k), seen through such a pulse at t0 = 1.2345.
-Problem seen_through_a_pulse() {
-  return make_problem(Scene::parse(R"toml(
-[point.P]
-x_m = 0
-y_m = 0
-vx_m_per_s = 1
-[mass.m]
-point = "P"
-mass_kg = 1
-[force.f]
-point = "P"
-formula_x_N = "-k*P.x"
-formula_y_N = "-P.y"
-k = 1.3
-[output.s]
-formula = "1e-8*(1+(P.x-0.5)^2)*exp(-((t-1.2345)/1e-3)^2)"
-unit = "1"
-[start]
-given = ["P.x", "P.y"]
-[run]
-t_end_s = 5
-rtol = 1e-8
-parameters = ["k"]
-[parameter.k]
-number = "force.f.k"
-lower = 0.1
-upper = 10
-[[cost.running]]
-kind = "value"
-output = "s"
-)toml",
-                                   "pulse.toml"));
-}
+// Of test/cases/pulse_seen.toml: the place of an oscillator, x = sin(w t)/w with w = sqrt(k), seen through such a
+// pulse.
 constexpr double kTime = 1.2345, kWidth = 1e-3, kAmount = 1e-8;
 
 }  // namespace
@@ -108,7 +77,7 @@ constexpr double kTime = 1.2345, kWidth = 1e-3, kAmount = 1e-8;
 // 1e-8 (1 + (x(t0) - 1/2)^2) is least where sin(w t0) = w/2, and psi is the pulse's area there, but for what x' and x''
 // make of its width. An optimization's evaluations were not confirmed, and ended at k = 1.89 with a third of psi.
 TEST_CASE("an optimization of a narrow pulse far below absolute tolerances", "[optimize]") {
-  const Problem p = seen_through_a_pulse();
+  const Problem p = problem_of_case("pulse_seen");
   double low = 1.5, high = 2;  // of w, by bisection
   for (int i = 0; i < 60; ++i) {
     const double w = 0.5 * (low + high);
@@ -131,7 +100,7 @@ TEST_CASE("an optimization of a narrow pulse far below absolute tolerances", "[o
 
 // One run, and what tighter ones tell of its error: all had the same, and told a seventh of it.
 TEST_CASE("the estimated error of a narrow pulse far below absolute tolerances", "[confirmation]") {
-  Problem p = seen_through_a_pulse();
+  Problem p = problem_of_case("pulse_seen");
   p.solver.confirm = false;
   const double w = std::sqrt(1.3), x = std::sin(w * kTime) / w,
                exact = kAmount * kWidth * std::sqrt(std::acos(-1.0)) * (1 + (x - 0.5) * (x - 0.5));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "costate/assembly/applied_forces.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/switched_rows.h"
@@ -270,22 +271,9 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
   zero(bias);
   zero(phi_q);
   zero(phi);
-  double f[kMaxLocal];
-  for (const std::size_t b : varying_force_) {
-    const Body& body = *mechanism_->bodies()[b];
-    const auto& c = body.coordinates();
-    std::fill(f, f + c.size(), 0.0);
-    body.calc_force(gather(bodies_[b], s), f);
+  for_each_varying_force(s, zdot.data(), [&](const std::vector<int>& c, const double* f) {
     for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
-  }
-  for (std::size_t k = 0; k < forces_.size(); ++k) {
-    if (rests(forces_[k], s)) continue;
-    const Force& force = *mechanism_->forces()[k];
-    const auto& c = force.coordinates();
-    std::fill(f, f + c.size(), 0.0);
-    force.calc_force(gather(forces_[k], s), f, zdot.data() + forces_[k].row_offset);
-    for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
-  }
+  });
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
     if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];

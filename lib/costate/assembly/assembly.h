@@ -183,6 +183,9 @@ class Assembly {
   /// What is evaluated of rows along which contacts slide becomes that of rows that are not there.
   void part_sliding_rows();
   LocalState gather(const Slots& s, const StateView& x);
+  // In applied_forces.h.
+  template <class Add>
+  void for_each_varying_force(const StateView& s, double* zdot, const Add& add);
   /// Whether a force vanishes at a state: in the region found last, or in one found here.
   bool rests(Slots& force, const StateView& s) {
     return force.rest && (force.rest->holds(s.q, s.z) || (force.rest->is_due() && force.rest->find(gather(force, s))));

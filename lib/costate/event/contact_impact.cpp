@@ -89,22 +89,25 @@ bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double ap
   return true;
 }
 
-double MotionEvents::unseen_bounces(const StateView& behind, std::vector<double>& z, std::vector<double>& x) {
+double MotionEvents::unseen_bounces(double t) const {
   double longest = 0;
+  for (const ContactOf& c : contacts_)
+    if (c.unseen.since == t) longest = std::max(longest, c.unseen.lasts_s);
+  return longest;
+}
+
+void MotionEvents::solve_unseen(const StateView& behind, std::vector<double>& z, std::vector<double>& x) {
   z.assign(behind.z, behind.z + assembly_.nz());
   for (const ContactOf& c : contacts_) {
-    if (c.unseen.since != behind.t || !(z[static_cast<std::size_t>(c.closed_state)] > 0.5)) continue;
-    longest = std::max(longest, c.unseen.lasts_s);
+    if (c.unseen.since != behind.t) continue;
     z[static_cast<std::size_t>(c.closed_state)] = 0;
     if (c.sliding_state >= 0) z[static_cast<std::size_t>(c.sliding_state)] = 0;
     if (slides_in_space(c)) clear_slip(c.sliding_state, z.data());
   }
-  if (longest == 0) return 0;
   StateView open = behind;
   open.z = z.data();
   x.resize(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
   solve_motion(open, x.data());
-  return longest;
 }
 
 void MotionEvents::strike(int event, const StateView& before) {
@@ -382,9 +385,8 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   for (const std::size_t c : lifted)
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
-  const double acceleration = acceleration_by_forces(before);
-  for (const std::size_t c : lifted)
-    if (acceleration > 0)
+  if (const double acceleration = acceleration_by_forces(before); acceleration > 0)
+    for (const std::size_t c : lifted)
       in_play[c].contact->unseen = {before.t, 2 * std::abs(speed_after(in_play[c].rows.front())) / acceleration};
   impact.solve(active);
   const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];

@@ -66,9 +66,10 @@ class MotionEvents {
   double last_jump() const { return last_jump_; }
   /// What it took from the kinetic energy, in J; 0 but at impacts.
   double last_loss() const { return last_loss_; }
-  /// For how long contacts that the last cross() has closed, as their bounces had died out, would still bounce [s]; and
-  /// the states z, accelerations and multipliers x with these open, as they would be for nearly all of it.
-  double unseen_bounces(const StateView& behind, std::vector<double>& z, std::vector<double>& x);
+  /// For how long contacts that closed at t, as their bounces had died out, would still bounce [s].
+  double unseen_bounces(double t) const;
+  /// Behind that: the states z, accelerations and multipliers x with these open, as they would be for nearly all of it.
+  void solve_unseen(const StateView& behind, std::vector<double>& z, std::vector<double>& x);
   /// After begin() or cross(): how long what leaves a gap stays open at the least, if it comes back as it was sent off;
   /// infinite where nothing does. Steps have to be shorter, whatever errors of positions allow.
   double last_hop() const { return last_hop_; }

@@ -142,10 +142,11 @@ void System::set_cost_tangent(const std::optional<MovingTime>& moving) {
 
 double System::cost_of_unseen_bounces(double t, const double* y) {
   if (!events_ || !has_running_cost()) return 0;
+  const double time = events_->unseen_bounces(t);
+  if (time == 0) return 0;
   StateView open = kinematic_state(t, y);
   std::vector<double> z, x;
-  const double time = events_->unseen_bounces(open, z, x);
-  if (time == 0) return 0;
+  events_->solve_unseen(open, z, x);
   open.z = z.data();
   open.a = x.data();
   open.lambda = x.data() + assembly_.n();

@@ -25,11 +25,11 @@ constexpr double kReadAtStart = 1e-3;  // of a run of which the start alone is r
 constexpr double kAtTheGround = 1e-4;  // of the coordinates: a contact that has just let go
 
 /// Which force states nothing of the motion depends on, not even they themselves: no column of theirs along it; and
-/// which costs do.
+/// which costs do, where that is asked for.
 struct StateUsers {
   std::vector<bool> passive, costed;
 };
-StateUsers users_of_states(const Problem& problem, const std::vector<double>& rho) {
+StateUsers users_of_states(const Problem& problem, const std::vector<double>& rho, bool of_costs) {
   const auto states = static_cast<std::size_t>(problem.mechanism->state_count());
   StateUsers users{std::vector<bool>(states, true), std::vector<bool>(states, false)};
   std::vector<bool>&passive = users.passive, &costed = users.costed;
@@ -66,6 +66,7 @@ StateUsers users_of_states(const Problem& problem, const std::vector<double>& rh
       assembly.calc_partials(state);
       mark(assembly.force_state(), assembly.Q_z);
       mark(assembly.state_state(), assembly.f_z);
+      if (!of_costs) return;
       mark_costs(state, problem.objective.running);
       mark_costs(state, problem.objective.terminal);
     });
@@ -78,7 +79,6 @@ StateUsers users_of_states(const Problem& problem, const std::vector<double>& rh
 /// They begin anew at each meeting, so that behind several a cost would see the last one's part of them.
 void require_whole_states(const Mechanism& m, const CycleSettings& settings, const Section& section,
                           const StateUsers& users) {
-  if (settings.count == 1) return;
   const std::vector<std::string> names = m.state_names();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const bool mode = std::any_of(section.modes().begin(), section.modes().end(),
@@ -132,7 +132,7 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
                      "A cycle is looked for among states that [start] gives: list as many coordinates as there are "
                      "degrees of freedom in 'given', without 'equilibrium'.");
   const std::string let_go = let_go_at_start(problem, settings, rho);
-  const StateUsers users = users_of_states(problem, rho);
+  const StateUsers users = users_of_states(problem, rho, settings.count > 1);
   auto section = std::make_unique<Section>(problem, settings, users.passive, let_go);
   require_whole_states(m, settings, *section, users);
   Problem first = problem;

@@ -63,8 +63,7 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
 
 void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before) {
   limit_steps(before);
-  first_ = before.empty();
-  if (!first_) e.tolerances = before.back().tolerances;
+  if (!before.empty()) e.tolerances = before.back().tolerances;
   e.tolerances.resize(design_.cases.size());
   std::vector<CaseValues> values(design_.cases.size());
   for_each_job(values.size(), jobs(), [&](std::size_t i) {
@@ -92,42 +91,37 @@ void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEval
   }
 }
 
-// A psi that falls far below its first value is compared with that, and another tolerance would be another function to
-// the line search: the first one's size decides.
-GradientResult Evaluator::resolved(Problem& problem, const std::string& method, const std::vector<double>& rho) const {
-  GradientResult r = gradient(problem, method, rho);
-  if (first_) resolve_small_psi(problem, r, [&](const Problem& p) { return gradient(p, method, rho); });
-  return r;
-}
-
 Evaluator::CaseValues Evaluator::run(std::size_t index, OptimizerEvaluation& e) {
   const DesignCase& c = design_.cases[index];
   Problem problem = c.problem;
   if (e.rtol > 0) problem.solver.set_rtol(e.rtol);
   AbsoluteTolerances& tolerances = e.tolerances[index];
   if (tolerances.atol > 0) problem.solver.set_absolute(tolerances);
-  const double atol = problem.solver.atol;
   if (step_limit_ > 0) problem.solver.max_steps = std::min(problem.solver.max_steps, step_limit_);
   problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
   const std::vector<double> rho = c.own(e.rho);
   if (c.admit) c.admit(rho);
-  CaseValues v;
-  std::vector<std::string> said;  // by all of them
-  const auto take_said = [&] {
-    for (auto& sentence : take_notices()) said.push_back(std::move(sentence));
+  const bool first = e.index == 1;
+  const auto run = [&](const std::string& what) {
+    std::vector<std::string> said;  // of others, which are not for a smaller tolerance to take back
+    if (first) said = take_notices();
+    GradientResult r = gradient(problem, c.method, rho);
+    // A psi that falls far below its first value is compared with that, and another tolerance would be another function
+    // to the line search: the first one's size decides, for all that follow.
+    if (first && resolve_small_psi(problem, r, [&](const Problem& p) { return gradient(p, c.method, rho); }))
+      tolerances = problem.solver.absolute_by_rtol();
+    require_finite(problem, r, what);
+    if (first)
+      for (auto& sentence : take_notices()) said.push_back(std::move(sentence));
+    for (const auto& sentence : said) notice(sentence);
+    return r;
   };
-  take_said();
-  v.cost = resolved(problem, c.method, rho);
-  require_finite(problem, v.cost, "psi");
+  CaseValues v;
+  v.cost = run("psi");
   for (const auto& k : c.constraints) {
-    take_said();
     problem.objective = k.objective;
-    v.constraints.push_back(resolved(problem, c.method, rho));
-    require_finite(problem, v.constraints.back(), fmt::format("the constraint '{}'", k.name));
+    v.constraints.push_back(run(fmt::format("the constraint '{}'", k.name)));
   }
-  take_said();
-  for (const auto& sentence : said) notice(sentence);
-  if (problem.solver.atol != atol) tolerances = problem.solver.absolute_by_rtol();
   return v;
 }
 

@@ -26,8 +26,6 @@ class Evaluator {
   };
   void evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before);
   CaseValues run(std::size_t c, OptimizerEvaluation& e);
-  /// A gradient; of the first evaluation by smaller tolerances where psi is far below them: `problem` has them then.
-  GradientResult resolved(Problem& problem, const std::string& method, const std::vector<double>& rho) const;
   /// psi of the design, from those of its cases.
   void combine(OptimizerEvaluation& e, const std::vector<CaseValues>& values) const;
   /// A run that needs many times the steps of its neighbours is stuck somewhere.
@@ -37,7 +35,6 @@ class Evaluator {
   const std::vector<DesignBound> bounds_;
   const OptimizerOptions& options_;
   long step_limit_ = 0;  // of each run of the evaluation being made; 0: the solver's own
-  bool first_ = false;   // whether there is no evaluation before
 };
 
 }  // namespace costate

@@ -29,13 +29,13 @@ struct Looks {
 GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, Looks looks = {},
                          bool* sensitive = nullptr);
 
+/// What counts as psi's size: itself, or a millionth of its largest scaled derivative.
+double size_of_psi(const Problem& problem, const GradientResult& result);
+
 /// A psi, or what counts as its size, that is small against what absolute tolerances are made for has their errors,
 /// whatever rtol is. Gives the problem such that errors of psi by them are a thousand rtol of it, or `part` of it where
 /// that is given; false where they are that small as it is.
 bool resolve_small_psi(Problem& problem, double psi_size, double part = 0);
-
-/// What counts as psi's size: itself, or a millionth of its largest scaled derivative.
-double size_of_psi(const Problem& problem, const GradientResult& result);
 
 /// The same of a result of `run`, where it changes by that what rtol promises: `result` and `problem` are those of the
 /// smaller tolerances then, and notices are those of its run alone.

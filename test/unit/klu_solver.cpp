@@ -110,6 +110,54 @@ TEST_CASE("klu: a singular matrix is reported with a column", "[klu]") {
   CHECK(other.factor(A.data()) >= 0);
 }
 
+// [M J^T; J -c], with masses m and two equal rows, which c/2 in each of them alone carries: as well beside m = 1e9 as
+// beside m = 1e-9 where c is some part of 1/m.
+template <class Solver, class Number>
+void check_badly_scaled() {
+  const SparsePattern p = full(4);
+  for (const double m : {1e-9, 1.0, 2e4, 1e9}) {
+    CAPTURE(m);
+    Eigen::Matrix<Number, -1, -1> A(4, 4);
+    const double c = 1e-11 / m;
+    A << m, 0, 1, 1, 0, m, 2, 2, 1, 2, -c, 0, 1, 2, 0, -c;
+    Solver solver(p);
+    REQUIRE(solver.factor(A.data()) == -1);
+    Eigen::Vector<Number, -1> b(4);
+    b << 3 * m, m, 0, 0;
+    Eigen::Vector<Number, -1> x = b, y = b;
+    solver.solve(x.data());
+    solver.solve_transposed(y.data());
+    // lambda of each row is half of J f/(J J^T): 1/2; and a = f/m - J^T lambda.
+    const double rounding = 1e-16 / 1e-11, a[2] = {2, -1};
+    for (int i = 0; i < 2; ++i) {
+      CHECK(std::abs(x[i] - a[i]) < 1e-10);
+      CHECK(std::abs(x[2 + i] - 0.5 * m) < 100 * rounding * m);
+      CHECK(std::abs(y[i] - a[i]) < 1e-10);
+      CHECK(std::abs(y[2 + i] - 0.5 * m) < 100 * rounding * m);
+    }
+    // On the same pivots, and kept.
+    REQUIRE(solver.factor(A.data()) == -1);
+    auto again = b;
+    solver.solve(again.data());
+    CHECK((again - x).cwiseAbs().maxCoeff() <= 100 * rounding * m);
+    std::vector<double> kept(solver.saved_size());
+    solver.save(kept.data());
+    const long order = solver.pivot_order();
+    auto back = b;
+    REQUIRE(solver.restore(order, kept.data()));
+    solver.solve(back.data());
+    CHECK(back == again);
+    // Without what carries them they are dependent, beside all masses.
+    A(2, 2) = A(3, 3) = 0;
+    CHECK(solver.factor(A.data()) >= 0);
+  }
+}
+
+TEST_CASE("klu: rows that depend on each other beside large masses, and what carries them", "[klu]") {
+  check_badly_scaled<KluSolver, double>();
+  check_badly_scaled<ComplexKluSolver, std::complex<double>>();
+}
+
 TEST_CASE("klu: complex factors are kept outside and brought back, also across another order of pivots", "[klu]") {
   // A small diagonal makes other pivots than a large one; blocks and scales are among what is kept.
   const int n = 9;

@@ -149,8 +149,9 @@ void AccelerationLevel::singular(int column) const {
       throw SolverError(fmt::format(
           "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}), "
           "and the weight that is to carry them (alpha = {:.2g}) is lost in rounding beside the masses. Give masses in "
-          "a larger unit, remove what is redundant, or take maggi.",
-          point_.t(), names.size(), rows.size(), fmt::join(names, ", "), 1 / stabilization_.inverse_alpha));
+          "a larger unit, or remove what is redundant{}.",
+          point_.t(), names.size(), rows.size(), fmt::join(names, ", "), 1 / stabilization_.inverse_alpha,
+          assembly_.has_switched_rows() ? "" : ", or take maggi"));
     throw SolverError(fmt::format(
         "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
         "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",

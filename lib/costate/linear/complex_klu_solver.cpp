@@ -38,11 +38,13 @@ void ComplexKluSolver::solve(std::complex<double>* b) {
   Impl& s = *impl_;
   if (s.pattern->cols == 0) return;
   klu_zl_solve(s.symbolic, s.numeric, s.pattern->cols, 1, numbers(b), &s.common);
+  s.scale_by_columns(numbers(b));
 }
 
 void ComplexKluSolver::solve_transposed(std::complex<double>* b) {
   Impl& s = *impl_;
   if (s.pattern->cols == 0) return;
+  s.scale_by_columns(numbers(b));
   klu_zl_tsolve(s.symbolic, s.numeric, s.pattern->cols, 1, numbers(b), 0, &s.common);
 }
 

@@ -17,12 +17,14 @@ struct KeptKluFactors : KluFactors<Klu> {
   using KluFactors<Klu>::symbolic;
   using KluFactors<Klu>::common;
   using KluFactors<Klu>::full_growth;
+  using KluFactors<Klu>::columns;
 
   // Factorizations with earlier pivot orders, oldest first, and their orders' numbers.
   struct Earlier {
     long order;
     klu_l_numeric* numeric;
     double full_growth;
+    std::vector<double> columns;
   };
   std::vector<Earlier> earlier;
   std::size_t earlier_at_most = 0;
@@ -34,7 +36,7 @@ struct KeptKluFactors : KluFactors<Klu> {
   /// The present factorization joins the earlier ones, or is freed.
   void retire(long order) {
     if (!numeric) return;
-    earlier.push_back({order, std::exchange(numeric, nullptr), full_growth});
+    earlier.push_back({order, std::exchange(numeric, nullptr), full_growth, columns});
     discard();
   }
   void discard() {
@@ -71,10 +73,12 @@ struct KeptKluFactors : KluFactors<Klu> {
       if (numeric) {
         std::swap(at->numeric, numeric);
         std::swap(at->full_growth, full_growth);
+        std::swap(at->columns, columns);
         std::swap(at->order, present);
       } else {
         numeric = at->numeric;
         full_growth = at->full_growth;
+        columns = std::move(at->columns);
         present = at->order;
         earlier.erase(at);
       }

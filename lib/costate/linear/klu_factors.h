@@ -5,8 +5,11 @@
 
 #include <klu.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "costate/base/error.h"
 #include "costate/linear/sparse_pattern.h"
@@ -40,8 +43,9 @@ struct KluFactors {
   // A refactorization is kept while the reciprocal pivot growth stays within this factor of that of the last
   // full factorization; KLU's growth is 1 for perfect pivots.
   static constexpr double kGrowthLoss = 1e-3;
-  // Below this reciprocal condition estimate of the diagonal of U the matrix counts as singular.
-  static constexpr double kSingular = 1e-15;
+  // Below this reciprocal condition estimate of the diagonal of U the matrix counts as singular: as it is, and with
+  // columns balanced as well as KLU's rows, where rounding is all that pivots are compared with.
+  static constexpr double kSingular = 1e-15, kSingularBalanced = 1e-14;
   // Diagonal entries serve as pivots only down to this fraction of their column. KLU's own 1e-3 is for matrices with a
   // strong diagonal; in saddle matrices it costs two to three digits.
   static constexpr double kDiagonal = 0.1;
@@ -56,7 +60,8 @@ struct KluFactors {
   klu_l_symbolic* symbolic = nullptr;
   klu_l_numeric* numeric = nullptr;
   double full_growth = 1;
-  bool ordering_open;  // the first numbers choose it
+  std::vector<double> columns;  // what the columns of the factorized matrix were multiplied by; or none
+  bool ordering_open;           // the first numbers choose it
 
   KluFactors(const SparsePattern& of, bool choose) : pattern(&of), ordering_open(choose) {
     klu_l_defaults(&common);
@@ -105,14 +110,42 @@ struct KluFactors {
 
   /// On the pivots of the present factors; false where there are none or they have become bad.
   bool refactor(double* values) {
-    return numeric && Klu::refactor(starts(), rows(), values, symbolic, numeric, &common) && common.status == KLU_OK &&
-           Klu::growth(starts(), rows(), values, symbolic, numeric, &common) &&
-           common.rgrowth > kGrowthLoss * full_growth;
+    double* x = balanced(values);
+    return numeric && Klu::refactor(starts(), rows(), x, symbolic, numeric, &common) && common.status == KLU_OK &&
+           Klu::growth(starts(), rows(), x, symbolic, numeric, &common) && common.rgrowth > kGrowthLoss * full_growth;
   }
 
   /// Anew, after the present factors have been dropped or kept elsewhere. Returns -1, or the index of a column found
   /// (numerically) dependent.
   int factor(double* values) {
+    columns.clear();
+    const int column = factor_as_it_is(values, kSingular);
+    if (column < 0) return -1;
+    // Columns far smaller than others (multipliers beside large masses) have small pivots, and are not dependent.
+    klu_l_numeric* plain = std::exchange(numeric, nullptr);
+    const double growth = full_growth;
+    columns = balancing_columns(values);
+    const bool regular = factor_as_it_is(balanced(values), kSingularBalanced) < 0;
+    if (!regular) {
+      drop();
+      columns.clear();
+      std::swap(numeric, plain);
+      full_growth = growth;
+    }
+    if (plain) Klu::free(&plain, &common);
+    return regular ? -1 : column;
+  }
+
+  /// Of solutions of the factorized system those of the matrix itself, and of right-hand sides of its transpose. `b`:
+  /// `count` of them, one after the other.
+  void scale_by_columns(double* b, int count = 1) const {
+    for (int k = 0; k < count && !columns.empty(); ++k)
+      for (const double c : columns)
+        for (long part = 0; part < Klu::numbers; ++part) *b++ *= c;
+  }
+
+ private:
+  int factor_as_it_is(double* values, double singular) {
     numeric = Klu::factor(starts(), rows(), values, symbolic, &common);
     if (!numeric || common.status != KLU_OK) {
       const int column = dependent();
@@ -120,10 +153,50 @@ struct KluFactors {
       return column;
     }
     if (Klu::growth(starts(), rows(), values, symbolic, numeric, &common)) full_growth = common.rgrowth;
-    return Klu::condition(symbolic, numeric, &common) && !(common.rcond > kSingular) ? dependent() : -1;
+    return Klu::condition(symbolic, numeric, &common) && !(common.rcond > singular) ? dependent() : -1;
   }
 
- private:
+  /// The values with their columns multiplied, if they are.
+  double* balanced(double* values) {
+    if (columns.empty()) return values;
+    balanced_.resize(static_cast<std::size_t>(Klu::numbers * pattern->entries()));
+    auto k = std::size_t{0};
+    for (std::size_t j = 0; j < columns.size(); ++j)
+      for (const auto end = static_cast<std::size_t>(Klu::numbers * pattern->column_start[j + 1]); k < end; ++k)
+        balanced_[k] = columns[j] * values[k];
+    return balanced_.data();
+  }
+
+  /// Powers of 2, towards entries of which the largest of each row and of each column is 1, rows being scaled, too.
+  std::vector<double> balancing_columns(const double* values) const {
+    constexpr int turns = 20;
+    const auto n = static_cast<std::size_t>(pattern->cols);
+    std::vector<double> scale(n, 1.0), row_scale(n, 1.0), largest(n), row_largest(n);
+    const auto weaken = [](std::vector<double>& scales, const std::vector<double>& by) {
+      for (std::size_t i = 0; i < scales.size(); ++i)
+        if (by[i] > 0 && std::isfinite(by[i])) scales[i] /= std::sqrt(by[i]);
+    };
+    for (int turn = 0; turn < turns; ++turn) {
+      std::fill(largest.begin(), largest.end(), 0.0);
+      row_largest = largest;
+      for (std::size_t j = 0; j < n; ++j)
+        for (auto k = pattern->column_start[j]; k < pattern->column_start[j + 1]; ++k) {
+          const auto i = static_cast<std::size_t>(pattern->row[static_cast<std::size_t>(k)]);
+          double x = 0;
+          for (long part = 0; part < Klu::numbers; ++part) x = std::max(x, std::abs(values[Klu::numbers * k + part]));
+          x *= scale[j] * row_scale[i];
+          largest[j] = std::max(largest[j], x);
+          row_largest[i] = std::max(row_largest[i], x);
+        }
+      weaken(scale, largest);
+      weaken(row_scale, row_largest);
+    }
+    for (double& c : scale) c = std::exp2(std::round(std::log2(c)));
+    return scale;
+  }
+
+  std::vector<double> balanced_;
+
   void analyze(Ordering o) {
     common.ordering = o.ordering;
     common.btf = o.btf;

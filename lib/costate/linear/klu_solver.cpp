@@ -41,12 +41,14 @@ void KluSolver::solve(double* b, int columns) {
   if (s.pattern->cols == 0) return;
   ++counters_.solves;
   klu_l_solve(s.symbolic, s.numeric, s.pattern->cols, columns, b, &s.common);
+  s.scale_by_columns(b, columns);
 }
 
 void KluSolver::solve_transposed(double* b, int columns) {
   Impl& s = *impl_;
   if (s.pattern->cols == 0) return;
   ++counters_.solves;
+  s.scale_by_columns(b, columns);
   klu_l_tsolve(s.symbolic, s.numeric, s.pattern->cols, columns, b, &s.common);
 }
 

@@ -24,10 +24,10 @@ namespace {
 using Eigen::MatrixXd;
 
 /// How large the adjoint and its changes get, at least: what they begin with, and the integral of their rates
-/// at mu = 0. One size for all: errors then count against the largest entries of the Hessian in scaled
-/// parameters.
+/// at mu = 0, which sees on each of the motion's steps what these were made for (a pulse may be short). One size for
+/// all: errors then count against the largest entries of the Hessian in scaled parameters.
 double adjoint_size(HessianEquations& equations, const Trajectory& motion) {
-  constexpr int samples = 50;
+  constexpr double samples = 50;  // on a long step
   const int N = equations.state_size(), np = equations.parameter_count(), columns = 1 + equations.directions();
   std::vector<double> y(static_cast<std::size_t>(columns * N)), zero(y.size(), 0.0), rates(y.size()),
       integrands(static_cast<std::size_t>(columns * np), 0.0);
@@ -36,16 +36,22 @@ double adjoint_size(HessianEquations& equations, const Trajectory& motion) {
     for (const double e : x) size = std::max(size, std::abs(e));
     return size;
   };
-  const double span = motion.t_end() - motion.t_begin();
-  double size = 0;
-  for (int i = 0; i <= samples; ++i) {
-    const double t = motion.t_begin() + i * span / samples;
-    motion.evaluate(t, y.data());
-    equations.evaluate(t, y.data(), y.data() + N);
-    equations.adjoint(zero.data(), zero.data() + N, rates.data(), rates.data() + N, integrands.data(),
-                      integrands.data() + np);
-    size += largest(rates) * span / (samples + 1);
+  const double most = (motion.t_end() - motion.t_begin()) / samples;
+  double size = 0, begin = motion.t_begin();
+  for (std::size_t i = 0; i < motion.steps(); begin = motion.step_end(i++)) {
+    const double step = motion.step_end(i) - begin;
+    const int parts = std::max(1, static_cast<int>(std::ceil(step / most)));
+    for (int k = 0; k < parts; ++k) {
+      const double t = begin + (k + 0.5) * step / parts;
+      motion.evaluate(t, y.data());
+      equations.evaluate(t, y.data(), y.data() + N);
+      equations.adjoint(zero.data(), zero.data() + N, rates.data(), rates.data() + N, integrands.data(),
+                        integrands.data() + np);
+      size += largest(rates) * step / parts;
+    }
   }
+  motion.evaluate(motion.t_end(), y.data());
+  equations.evaluate(motion.t_end(), y.data(), y.data() + N);
   equations.end(rates.data(), rates.data() + N, integrands.data(), integrands.data() + np);
   size += largest(rates);
   return size > 0 ? size : 1;

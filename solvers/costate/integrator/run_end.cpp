@@ -177,18 +177,18 @@ void fail_without_end(const Problem& problem, const EndSearch& search, const Ass
   const std::string what = end.text(assembly), unit = end.output->unit();
   const char *from = end.above ? "below" : "above", *way = end.above ? "rise" : "fall";
   if (!search.armed())
-    throw SolverError(fmt::format(
+    throw NoEndError(fmt::format(
         "The run ends by {}, which the output is, or is at, from the start to t_end_s = {:g} s: it never comes from {} "
         "the level, to {} to it. Take the other one of 'above' and 'below', another level (one that it does not rest "
         "at), or another output (a gap in the place of a force that is zero while it is open).",
         what, problem.solver.t_end, from, way));
   if (!std::isfinite(search.nearest()))
-    throw SolverError(fmt::format(
+    throw NoEndError(fmt::format(
         "The run ends by {}, which never comes before t_end_s = {:g} s: the output begins beyond the level, "
         "passes it the other way, and does not turn. Take the other one of 'above' and 'below', or a later "
         "t_end_s.",
         what, problem.solver.t_end));
-  throw SolverError(
+  throw NoEndError(
       fmt::format("The run ends by {}, which never comes before t_end_s = {:g} s. It is nearest at t = {:.6g} s, where "
                   "{:.6g} {} are "
                   "missing. Take a later t_end_s, or a level that the motion reaches.",

@@ -73,13 +73,19 @@ Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, c
 /// Without the term: for motions alone.
 Problem until_its_end(const Problem& problem, const std::vector<double>& rho);
 
+/// A run does not come to the event that is to end it.
+class NoEndError : public SolverError {
+ public:
+  using SolverError::SolverError;
+};
+
 // What is told of an end, whatever carries the run: of its steepness, how fast the output crosses, over the run's
 // length and against its range.
 /// Of a gradient: SolverError where the end is grazed, a notice where it is nearly so.
 void judge_end(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness);
 /// Of a simulation: a notice where small errors move the end by much.
 void tell_hardly_crossed(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness);
-/// Of a run that has come to its last time.
+/// Of a run that has come to its last time: throws NoEndError.
 [[noreturn]] void fail_without_end(const Problem& problem, const EndSearch& search, const Assembly& assembly);
 
 /// Throws CapabilityError where the problem has ends_when ("Hessian products are").

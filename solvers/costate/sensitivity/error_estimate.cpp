@@ -157,8 +157,7 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   const bool large = alpha > kLarge * usual;
   const double size = gradient_size(problem.parameters, result.psi, result.gradient), of_psi = std::abs(result.psi),
                unsaid = std::min(kDrift * (size < of_psi ? size / of_psi : 1.0), kSaid * of_psi);
-  // Where an event ends the run, of what rows hold but for as much as they give, no drift tells when.
-  if (!large && !problem.ends_when && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
+  if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
   constexpr double share = 0.9;
@@ -180,9 +179,6 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
       if (!is_more(run(own), run(other))) return;
     }
   } catch (const SolverError&) {
-    if (!problem.ends_when) return;
-    widen_error(result, problem.parameters, std::abs(result.psi), size);
-    notice(kNoFirmEnd);
     return;
   }
   for (double& error : e.gradient) error /= share;

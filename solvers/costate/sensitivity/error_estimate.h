@@ -26,11 +26,6 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
 /// Whether a formulation's constraints are soft, so that its motion differs from the exact one by O(1/alpha) at any
 /// tolerance: the penalties, not all that carry redundant rows (the augmented Lagrangian iterates until the rows hold).
 bool has_soft_constraints(const std::string& formulation);
-/// What there is to say of a run by soft constraints that does not come to its end with firmer ones.
-inline constexpr const char* kNoFirmEnd =
-    "The run ends by an event to which it does not come with firmer constraints: it may be one of what soft ones give, "
-    "and when it comes is not known. Take a formulation with exact constraints (augmented-lagrangian carries redundant "
-    "ones, too).";
 /// The same problem with a weight ten times as large, which takes nine tenths of that difference away.
 Problem with_firmer_constraints(const Problem& problem);
 

@@ -17,6 +17,7 @@
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/sensitivity/soft_end.h"
 
 namespace costate {
 
@@ -211,6 +212,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   };
   if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) {
     watch_penalty(problem, rho, r, drift, run);
+    watch_soft_end(problem, rho, r);
     return r;
   }
   bool sensitive = false;
@@ -220,6 +222,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
                 Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
                 &sensitive);
   watch_penalty(problem, rho, best, sensitive ? HUGE_VAL : drift, run);
+  watch_soft_end(problem, rho, best);
   return best;
 }
 

@@ -16,6 +16,7 @@
 #include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/sensitivity/soft_end.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -25,8 +26,6 @@ namespace {
 // 1e-6 and 1e-11 themselves, as they are read from a text.
 constexpr double kTightestAtOnce = 0.99e-6, kTightestConfirmed = 0.99e-11, kLoosestConfirmed = 0.99e-2;
 constexpr double kTighterMotion = 0.1;
-// Of the run: an end that moves by more with firmer constraints is said.
-constexpr double kSoftEnd = 1e-5;
 // Errors that fall by 2 or more a decade of the tolerance are at most twice the change; a third leaves the rest to
 // chance between samples.
 constexpr double kPartOfClaim = 1.0 / 3;
@@ -200,28 +199,6 @@ std::vector<std::string> all_that_is_told(const Problem& problem, const std::vec
   return all.empty() ? outputs : all;
 }
 
-/// An event that ends the run may be one of what soft constraints hold but for as much as they give.
-static void confirm_soft_end(const Problem& problem, const std::vector<double>& rho, Simulation& r) {
-  if (!problem.ends_when || !has_soft_constraints(problem.formulation)) return;
-  try {
-    Simulation firm;
-    {
-      const Unsaid another;
-      firm = simulate(with_firmer_constraints(problem), rho);
-    }
-    widen_error(r, r.psi - firm.psi);
-    const double from = r.end ? r.end->t : problem.solver.t_end, to = firm.end ? firm.end->t : problem.solver.t_end;
-    if (std::abs(to - from) > kSoftEnd * (problem.solver.t_end - problem.solver.t_start))
-      notice(fmt::format(
-          "With firmer constraints the run ends at {:.6g} s, and not at {:.6g} s: those of '{}' are soft. Take a "
-          "formulation with exact constraints (augmented-lagrangian carries redundant ones, too).",
-          to, from, problem.formulation));
-  } catch (const SolverError&) {
-    widen_error(r, r.psi);
-    notice(kNoFirmEnd);
-  }
-}
-
 GradientResult confirmed_simulation(const Problem& problem, const std::vector<double>& rho,
                                     const TradeProbe::Recording& to, const std::vector<std::string>& asked) {
   if (problem.cycle && !(problem.objective.running.empty() && problem.objective.terminal.empty()))
@@ -235,7 +212,7 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
   GradientResult r;
   const TradeValues values = probe.run(problem, "", &r, &to);
   confirm_motion(probe, problem, values, &r);
-  confirm_soft_end(problem, rho, r);
+  watch_soft_end(problem, rho, static_cast<Simulation&>(r));
   if (Problem finer = problem; !problem.objective.running.empty() && resolve_small_psi(finer, std::abs(r.psi))) try {
       const Unsaid another;
       finer.solver.confirm = false;

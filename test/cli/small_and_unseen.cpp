@@ -150,6 +150,41 @@ TEST_CASE("ends of runs by soft constraints say how well they are known") {
   }
 }
 
+// IDAS could not begin anew over nothing but rounding; and of which side a derivative is was not said.
+TEST_CASE("samples in the instant of an impact: derivatives are those of one side") {
+  const WorkingDirectory here;
+  for (const char* formulation : {"baumgarte", "index2", "maggi"})
+    for (const char* method : {"idas-adjoint", "idas-forward", "cvodes-adjoint", "cvodes-forward"}) {
+      const bool residual = std::string(formulation) != "maggi", explicit_form = std::string(formulation) != "index2";
+      if (!(method[0] == 'i' ? residual : explicit_form)) continue;
+      CAPTURE(formulation, method);
+      const Json j = costate_json({"gradient", kScenes + "sample_at_impact.toml", "--formulation", formulation,
+                                   "--method", method, "--no-files"},
+                                  here.path());
+      CHECK(j.at("psi").get<double>() == Approx(0.09).epsilon(1e-6));
+      CHECK_THAT(j.at("warnings").dump(), Contains("where a sample of the cost is"));
+      // 2 (y - 0.3) dy/dh, with dy/dh = 1 before, and -e behind.
+      const double by_height = j.at("gradient").at("h").get<double>();
+      CHECK((std::abs(by_height + 0.6) < 1e-4 || std::abs(by_height - 0.3) < 1e-4));
+    }
+}
+
+// An impact that rounding puts behind the end was not told, and psi, of velocities, jumps with it.
+TEST_CASE("runs that end as something strikes say so, on whichever side it is found") {
+  const WorkingDirectory here;
+  for (const char* end : {"1", "0.99999999999", "1.00000000001"})
+    for (const char* formulation : {"index1", "baumgarte", "maggi"}) {
+      CAPTURE(end, formulation);
+      const Json j = costate_json(
+          {"simulate", kScenes + "ends_at_impact.toml", "--formulation", formulation, "--t-end", end, "--no-files"},
+          here.path());
+      CHECK_THAT(j.at("warnings").dump(), Contains("rounding decides whether it belongs to the run"));
+    }
+  const Json before =
+      costate_json({"simulate", kScenes + "ends_at_impact.toml", "--t-end", "0.99999", "--no-files"}, here.path());
+  CHECK(before.at("warnings").empty());
+}
+
 // A gradient that is confirmed may be that of a tenth of the tolerance: its end is that run's, too.
 TEST_CASE("ends of runs are told of the run that psi is of") {
   const WorkingDirectory here;

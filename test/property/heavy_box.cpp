@@ -1,4 +1,5 @@
-// What stands on two corners holds itself twice along the ground: redundant rows, beside masses from milligrams to trucks.
+// What stands on two corners holds itself twice along the ground: redundant rows, beside masses from milligrams to what
+// weighs a million tons.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -78,7 +79,7 @@ TEST_CASE("rigid contacts: a heavy box stands on two corners", "[events]") {
     double mass, b, h;
   };
   int rows = 0;
-  for (const Size& s : {Size{20000, 2.4, 1.2}, {1e-6, 0.01, 0.01}})
+  for (const Size& s : {Size{20000, 2.4, 1.2}, {1e-6, 0.01, 0.01}, {1e9, 500, 20}, {2000, 300, 100}})
     for (const Formulation& f : formulations())
       for (const SensitivityMethod& m : sensitivity_methods()) {
         Problem p = box(s.mass, s.b, s.h);
@@ -92,7 +93,7 @@ TEST_CASE("rigid contacts: a heavy box stands on two corners", "[events]") {
           continue;
         } catch (const SolverError& e) {
           // What carries these rows is lost in rounding beside velocities in the same rows.
-          if (m.name.rfind("hand-", 0) != 0) throw;
+          if (m.needs != SensitivityMethod::Needs::discrete && m.name.rfind("hand-", 0) != 0) throw;
           CHECK_THAT(e.what(), Catch::Matchers::Contains("singular"));
           continue;
         }

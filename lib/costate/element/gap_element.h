@@ -18,6 +18,8 @@ struct GapMotion {
   double speed = 0, turn = 0;
   /// What g is at least, however its body is turned about its origin, and how fast that changes at most.
   double clear = 0, travel = 0;
+  /// Below zero: whether a force acts; damping may leave nothing of it while the gap opens.
+  bool acts = true;
 };
 
 /// A force with gaps is one of these as well.

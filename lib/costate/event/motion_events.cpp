@@ -168,10 +168,10 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
                ? -speed - 2 * slowest_slip(g)
                : speed;
   };
-  const auto largest_multiplier = [&](const StateView& s) {
+  const auto rounding_of_multipliers = [&](const StateView& s) {
     double largest = 0;
     for (int i = 0; i < assembly_.m(); ++i) largest = std::max(largest, std::abs(s.lambda[i]));
-    return largest;
+    return kContactRounding * largest;
   };
   for (const double end : looks_) {
     const StateView here = at(end);
@@ -232,17 +232,24 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
           has_stopped(*slides, at(end), acceleration_by_forces(at(end))))
         continue;
       if (after_[i] * direction < 0) {
-        g.ready = g.ready || !g.gap || -after_[i] * direction > at_zero;
+        // A latch at its place, too.
+        const double none = g.gap ? at_zero : g.contact < 0 ? kRounding * largest_coordinate(*g.force, here) : 0;
+        g.ready = g.ready || -after_[i] * direction > none;
         continue;
       }
       if (!g.ready) {
         if (g.contact >= 0) require_direction(g, after_[i], at(end));
         require_seen(g, at_last_look * direction, after_[i] * direction, at(end));
+        // What holds at its limit, but for rounding, may go beyond it without having been on its own side.
+        const auto holds = [&](double t) { return !(value(g, at(t)) * direction > rounding_of_multipliers(at(t))); };
+        if (!by_multipliers(g) || std::isnan(at_last_look) || holds(b) || !holds(a)) continue;
+        halve_to_change(a, b, kOfStep * (end - begin), holds);
+        if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
         continue;
       }
       // In (a, b]: by halves and secants to the last bit, and then its far side.
       double ha = reach(at(a)) * direction, hb = after_[i] * direction;
-      if (ha >= 0 && by_multipliers(g) && ha <= kContactRounding * largest_multiplier(at(a))) {
+      if (ha >= 0 && by_multipliers(g) && ha <= rounding_of_multipliers(at(a))) {
         // As another contact begins to slide this one may be at its limit, too, but for rounding, and fall back.
         if (a == b) continue;
         for (int k = kHalvings; k > 0 && ha >= 0; --k) {

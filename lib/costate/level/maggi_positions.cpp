@@ -11,6 +11,7 @@
 #include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
+#include "costate/element/switched_rows.h"
 
 namespace costate {
 
@@ -74,8 +75,11 @@ void MaggiPositions::begin(const StateView& from, const MaggiCharts::Chart* choi
     any = true;
   }
   constrained_.assign(static_cast<std::size_t>(n_), 0);
-  for (const auto& c : assembly_.mechanism().constraints())
+  branches_ = false;
+  for (const auto& c : assembly_.mechanism().constraints()) {
+    branches_ = branches_ || !dynamic_cast<const SwitchedRows*>(c.get());
     for (const int i : c->coordinates()) constrained_[static_cast<std::size_t>(i)] = 1;
+  }
   // What is rounding beside the points is no size.
   const double extent = extent_of(assembly_, Eigen::Map<const Eigen::VectorXd>(q, n_)).value_or(1),
                none = kRounding * extent;
@@ -223,7 +227,7 @@ double MaggiPositions::guess(double t, bool from_kept, bool far) {
       q_[i] = last_.q[i] + d;
       if (constrained_[static_cast<std::size_t>(i)]) way = std::max(way, std::abs(d) * weight_[i]);
     }
-    if (way <= kFar * scale_ && !far) return t;
+    if ((way <= kFar * scale_ || !branches_) && !far) return t;
     if (way <= scale_) {
       q_ = last_.q;
       return last_.t;
@@ -340,6 +344,8 @@ bool MaggiPositions::newton(double t, const double* y) {
     distance /= scale_;
   }
   bool fresh = !(distance <= kNear);
+  // Far from where they began, beside the mechanism's size, positions are no better than their own rounding.
+  const double rounding = std::max(kRounding, 4 * std::numeric_limits<double>::epsilon() * largest(q_.data()) / scale_);
   double previous = std::numeric_limits<double>::infinity();
   bool quadratic = false;  // the previous step was Newton's own
   for (int k = 0; k < kMaxIterations; ++k) {
@@ -357,17 +363,18 @@ bool MaggiPositions::newton(double t, const double* y) {
       step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
     X.solve(step_.data());
     const double step = largest(step_.data()) / scale_;
-    if (!(step <= 1) || (k > 2 && fresh && step > 2 * previous && step > kQuadratic)) return false;
+    const double farthest = branches_ ? 1 : std::numeric_limits<double>::max();
+    if (!(step <= farthest) || (k > 2 && fresh && step > 2 * previous && step > kQuadratic)) return false;
     for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += step_[i];
     if (fresh) {
       // The factorization belongs to positions that differ by this last step, and so do velocities by it: behind a
       // step on old factors it may be far above rounding.
-      if (step <= kRounding || (quadratic && previous <= kQuadratic && step <= kLoose)) return true;
+      if (step <= rounding || (quadratic && previous <= kQuadratic && step <= kLoose)) return true;
       quadratic = true;
     } else {
       // One more step on the old factorization if that gets to rounding, before the new one that the end needs anyway.
       const double contraction = previous < 1e300 ? step / previous : std::min(1.0, 2 * distance);
-      fresh = step * contraction <= kRounding || step * contraction * contraction > kRounding;
+      fresh = step * contraction <= rounding || step * contraction * contraction > rounding;
     }
     previous = step;
   }

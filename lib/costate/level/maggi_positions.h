@@ -126,6 +126,7 @@ class MaggiPositions {
   long dropped_factorizations_ = 0, iterations_ = 0;
   std::vector<double> weight_;     // of coordinates, for the choice
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
+  bool branches_ = true;           // whether positions may have others beside them; contacts alone have no others
   double scale_ = 1;               // size of the mechanism, m
   std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
   std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_, reactions_;

@@ -7,11 +7,16 @@
 #include <optional>
 #include <utility>
 
+#include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/element/gap_element.h"
+#include "costate/element/guarded_force.h"
+#include "costate/element/unilateral_force.h"
 #include "costate/event/named_event.h"
 #include "costate/level/fixed_times.h"
 #include "costate/mechanism/coordinate_parts.h"
+#include "costate/objective/sampled_cost.h"
 #include "costate/scene/wanted_part.h"
 
 namespace costate {
@@ -119,6 +124,52 @@ void tell_of_end(const Problem& problem, const Simulation& result, const std::ve
     if (std::abs(kink - end) < instant)
       notice(
           fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
+}
+
+void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end) {
+  if (problem.objective.terminal.empty()) return;
+  const Mechanism& m = assembly.mechanism();
+  const double instant = kSameInstant * (end.t - problem.solver.t_start);
+  for (std::size_t f = 0; f < m.forces().size(); ++f) {
+    const Force& force = *m.forces()[f];
+    const auto* gaps = dynamic_cast<const GapElement*>(&force);
+    const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
+    if (!gaps || !guarded || !dynamic_cast<const UnilateralForce*>(&force)) continue;
+    const double* z = end.z + m.state_offsets()[f];
+    for (int k = 0; k < guarded->guard_count(); ++k) {
+      if (gaps->gap_of_guard(k) < 0 || !guarded->guard_armed(k, z)) continue;
+      thread_local GatheredState own;
+      LocalState local = own.of(force, end, assembly.numbers());
+      local.z = z;
+      const GapMotion gap = gaps->gap_motion(gaps->gap_of_guard(k), local);
+      if (gap.rate < 0 && gap.gap < -gap.rate * instant)
+        notice(fmt::format(
+            "'{}: {}' happens within {:.1g} s behind the end of the run, t = {:.9g} s, where velocities jump: rounding "
+            "decides whether it belongs to the run. Move the end.",
+            force.path(), guarded->guard_name(k), instant, end.t));
+    }
+  }
+}
+
+void tell_of_samples(const Problem& problem, const std::vector<RunEvent>& events) {
+  const SampleTerm* samples = sample_term(problem.objective);
+  if (!samples) return;
+  const double instant =
+      std::max(kSameInstant, kRunErrors * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start);
+  // What only begins to press moves what depends on accelerations alone.
+  const auto jumps = [&](const RunEvent& e) {
+    return samples->needs_accelerations() ||
+           (e.jump != 0 && dynamic_cast<const UnilateralForce*>(find_event(*problem.mechanism, e.name).force));
+  };
+  for (const RunEvent& e : events)
+    for (const double t : samples->times())
+      if (std::abs(e.t - t) < instant && jumps(e)) {
+        notice(fmt::format(
+            "'{}' happens at t = {:.9g} s, where a sample of the cost is: errors decide whether the sample is before "
+            "the event or behind it, and derivatives are those of one side. Leave it out, or move its time.",
+            e.name, t));
+        return;
+      }
 }
 
 void tell_of_start(const Problem& problem, const Simulation& result) {

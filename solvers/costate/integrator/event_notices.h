@@ -18,6 +18,10 @@ void refuse_grazing(const GrazingWatch& watch, double rtol);
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
 void tell_of_start(const Problem& problem, const Simulation& result);
+/// Of an impact that comes, as the end has it, within an instant behind the end, where a terminal cost is.
+void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end);
+/// Of a sample of the cost in the instant of an event.
+void tell_of_samples(const Problem& problem, const std::vector<RunEvent>& events);
 /// Of a gradient where the order of two events decides, or of an event and a jump of a law of time; `numbers` are those
 /// of the mechanism.
 void tell_of_coincident(const Problem& problem, const std::vector<double>& numbers,

@@ -142,8 +142,16 @@ void RunWatch::conclude(Simulation& result) const {
   tell_of_grazing(grazing_, system_.motion_events(), problem_.solver.rtol);
   open_costs_.tell(watch_.began_redundant());
   tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
+  tell_of_samples(problem_, result.events);
   require_cycle(problem_, result.psi);
   require_finite(result);
+}
+
+void RunWatch::finish(double t, const double* y) {
+  look(&MotionWatch::finish, t, y);
+  // Where an event is the end it is known on which side of it the run ends.
+  if (!problem_.ends_when && !problem_.cycle && std::isinf(problem_.solver.events_until))
+    tell_of_impact_behind(problem_, system_.assembly(), system_.kinematic_state(t, y));
 }
 
 void RunWatch::conclude(GradientResult& result) const {

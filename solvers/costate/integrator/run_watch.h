@@ -27,7 +27,7 @@ class RunWatch {
   void sample(double t, const double* y) {
     if (stabilization_) stabilization_->look(t, y);
   }
-  void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
+  void finish(double t, const double* y);
   /// Tells what was noticed, by which the result's known error grows, and refuses a psi or a gradient that is no
   /// number.
   void conclude(Simulation& result) const;

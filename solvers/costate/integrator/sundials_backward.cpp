@@ -17,13 +17,15 @@ constexpr double kAtOnce = 1e-13;  // of the time
 template <class Api>
 void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient,
                                           const std::vector<AdjointStop>& stops) {
+  // Not two events at once, with nothing but rounding between them, over which no integrator can be started.
+  const double instant = kAtOnce * std::max(std::abs(t_), std::abs(options_.t_start)),
+               start = options_.t_start + instant;
   auto stop = stops.begin();
-  for (; stop != stops.end() && stop->t >= t_; ++stop) {
+  for (; stop != stops.end() && stop->t >= t_ - instant; ++stop) {
     stop->cross(mu, gradient);
     if (stop->to < stop->t) end_at(*stop);
   }
-  // Not two events at once, with nothing but rounding between them, over which no integrator can be started.
-  if (t_ - options_.t_start > kAtOnce * std::max(std::abs(t_), std::abs(options_.t_start))) {
+  if (t_ > start) {
     const int np = system_.parameter_count(), size = static_cast<int>(names_back().size());
     back_ = std::make_unique<Backward>();
     Backward& b = *back_;
@@ -43,17 +45,17 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
       if (attempts.number() > 0) begin_again_back(way.mu, expected);
       try {
         double at = t_;
-        for (stop = first_stop; stop != stops.end() && stop->t > options_.t_start;) {
+        for (stop = first_stop; stop != stops.end() && stop->t > start;) {
           integrate_back(stop->t, way.mu);
           const AdjointStop* last = nullptr;
           do {
             last = &*stop;
             last->cross(way.mu, way.gradient);
             at = last->to;
-          } while (++stop != stops.end() && stop->t >= at);
-          if (at > options_.t_start) restart_back(*last, way.mu, expected);
+          } while (++stop != stops.end() && stop->t >= at - instant);
+          if (at > start) restart_back(*last, way.mu, expected);
         }
-        if (at > options_.t_start) integrate_back(options_.t_start, way.mu);
+        if (at > start) integrate_back(options_.t_start, way.mu);
       } catch (const SolverError&) {
         attempts.failed();
         continue;

@@ -54,10 +54,14 @@ TyreGeometry<double> TyreGround::geometry(const LocalState& s) const {
   return g;
 }
 
+double TyreGround::unclipped_force(const LocalState& s, const TyreGeometry<double>& g) const {
+  const double ramp = s.p[TyreNumbers::ramp], part = g.deflection < ramp ? g.deflection / ramp : 1;
+  return s.p[TyreNumbers::stiffness] * g.deflection + s.p[TyreNumbers::damping] * g.approach * part;
+}
+
 void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) const {
   const TyreGeometry<double> g = geometry(s);
-  const double ramp = s.p[TyreNumbers::ramp], part = g.deflection < ramp ? g.deflection / ramp : 1;
-  const double force = s.p[TyreNumbers::stiffness] * g.deflection + s.p[TyreNumbers::damping] * g.approach * part;
+  const double ramp = s.p[TyreNumbers::ramp], force = unclipped_force(s, g);
   beyond.push_back(g.deflection);
   beyond.push_back(s.p[TyreNumbers::damping] > 0 ? g.deflection - ramp : -1);
   beyond.push_back(g.deflection > 0 ? force : s.p[TyreNumbers::stiffness] * g.deflection);
@@ -128,6 +132,7 @@ GapMotion TyreGround::gap_motion(int, const LocalState& s) const {
   GapMotion m;
   m.gap = -g.deflection.v;
   m.rate = -g.deflection.d[0];
+  m.acts = setup_.bilateral || !(m.gap < 0) || unclipped_force(s, geometry(s)) > 0;
   // Of a centre at its body's origin only the tilt of the axis counts.
   const double lever = length3(s.p + TyreNumbers::center);
   const double rates[3] = {w.axis[0].d[0], w.axis[1].d[0], w.axis[2].d[0]};

@@ -68,6 +68,8 @@ class TyreGround : public CourseElement,
   TyreSetup setup_;
 
  private:
+  /// Of spring and damper, before it is cut off where it would pull.
+  double unclipped_force(const LocalState& s, const TyreGeometry<double>& g) const;
   static constexpr double kFlat = 1e-3;    // a cosine
   static constexpr double kAtOnce = 3e-5;  // of the radius
   static bool lies_flat(const TyreGeometry<double>& g) { return std::abs(dot3(g.n, g.ez)) <= kFlat; }

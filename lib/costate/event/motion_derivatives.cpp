@@ -96,7 +96,8 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
   if (apart > kSameForces * size && apart > kSameForces * acceleration_by_forces(before))
     throw SolverError(
         fmt::format("At t = {:.9g} s, at '{}', accelerations jump by {:.3g} of {:.3g}: contacts change in one instant, "
-                    "and a gradient does not exist there.",
+                    "or with a law of time that jumps, and no gradient is carried across. The method 'differences' "
+                    "tells one where it exists.",
                     before.t, of(event).name, apart, size));
   return true;
 }

@@ -166,7 +166,7 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
 
   // A few unknowns of size above 1 are no harm (they count relatively), many far below it would be; and a Hessian is
   // what is left of products of that size.
-  const double scale = 0.03 * adjoint_size(*equations, motion);
+  const double scale = 0.02 * adjoint_size(*equations, motion);
   HessianAdjoint backward(
       *equations, [&motion](double t, double* y) { motion.evaluate(t, y); }, t_end, scale);
   backward.set_parameters(rho.data());

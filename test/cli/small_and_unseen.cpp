@@ -169,6 +169,24 @@ TEST_CASE("samples in the instant of an impact: derivatives are those of one sid
     }
 }
 
+// The touch of compliant contact is smooth: nothing is said of it, and adjoints get over it as near as samples come.
+TEST_CASE("samples in the instant of a smooth touch") {
+  const WorkingDirectory here;
+  const std::string scene = file_text(kScenes + "sample_at_touch.toml"), at = "[0.2, 0.003]";
+  for (const char* t : {"0.2", "0.2000000000000001", "0.199999999999999", "0.200000000000001"})
+    for (const char* method : {"idas-adjoint", "cvodes-adjoint", "idas-forward"}) {
+      CAPTURE(t, method);
+      std::string moved = scene;
+      moved.replace(moved.find(at), at.size(), std::string("[") + t + ", 0.003]");
+      write_text(here.path() / "scene.toml", moved);
+      const Json j = costate_json({"gradient", "scene.toml", "--method", method, "--no-files"}, here.path());
+      // As maggi by cvodes-adjoint and differences have it.
+      CHECK(j.at("gradient").at("point.P.y_m").get<double>() == Approx(704.4248).epsilon(1e-6));
+      CHECK(j.at("gradient").at("contact.c.restitution").get<double>() == Approx(177.06754).epsilon(1e-6));
+      CHECK(j.at("warnings").dump().find("where a sample of the cost is") == std::string::npos);
+    }
+}
+
 // An impact that rounding puts behind the end was not told, and psi, of velocities, jumps with it.
 TEST_CASE("runs that end as something strikes say so, on whichever side it is found") {
   const WorkingDirectory here;

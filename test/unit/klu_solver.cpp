@@ -121,6 +121,7 @@ void check_badly_scaled() {
     const double c = 1e-11 / m;
     A << m, 0, 1, 1, 0, m, 2, 2, 1, 2, -c, 0, 1, 2, 0, -c;
     Solver solver(p);
+    solver.keep_pivot_orders(2);
     REQUIRE(solver.factor(A.data()) == -1);
     Eigen::Vector<Number, -1> b(4);
     b << 3 * m, m, 0, 0;
@@ -145,6 +146,16 @@ void check_badly_scaled() {
     const long order = solver.pivot_order();
     auto back = b;
     REQUIRE(solver.restore(order, kept.data()));
+    solver.solve(back.data());
+    CHECK(back == again);
+    // Across factors of another order, whose columns are as they are.
+    const Eigen::Matrix<Number, -1, -1> other = Eigen::Matrix<Number, -1, -1>::Identity(4, 4).rowwise().reverse();
+    REQUIRE(solver.factor(other.data()) == -1);
+    auto reversed = b;
+    solver.solve(reversed.data());
+    CHECK(reversed == b.reverse());
+    REQUIRE(solver.restore(order, kept.data()));
+    back = b;
     solver.solve(back.data());
     CHECK(back == again);
     // Without what carries them they are dependent, beside all masses.

@@ -18,8 +18,6 @@ struct GapMotion {
   double speed = 0, turn = 0;
   /// What g is at least, however its body is turned about its origin, and how fast that changes at most.
   double clear = 0, travel = 0;
-  /// Below zero: whether a force acts; damping may leave nothing of it while the gap opens.
-  bool acts = true;
 };
 
 /// A force with gaps is one of these as well.
@@ -30,6 +28,8 @@ class GapElement {
   virtual GapMotion gap_motion(int i, const LocalState& s) const = 0;
   /// Whether a force acts, with these states (nz), wherever gap i is below zero: not where an event has to come first.
   virtual bool gap_presses(int i, const double* z) const = 0;
+  /// Where such a gap is below zero: whether a force is left; damping may leave none while the gap opens.
+  virtual bool gap_acts(int /*i*/, const LocalState& /*s*/) const { return true; }
   /// The gap that a guard of the element (element/guarded_force.h) is, or -1.
   virtual int gap_of_guard(int guard) const = 0;
   /// Of several gaps whose states begin with one number: appends the states, of the element, that begin with zero in

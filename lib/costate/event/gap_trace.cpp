@@ -29,6 +29,11 @@ double lower_bound(const GapTrace::Look& a, const GapTrace::Look& b, double sign
 }
 }  // namespace
 
+bool GapTrace::acts(const StateView& s, const Assembly& assembly) const {
+  thread_local GatheredState own;
+  return !gaps_ || gaps_->gap_acts(i_, own.of(*element_, s, assembly.numbers()));
+}
+
 GapTrace::Look GapTrace::look(const StateView& s, const Assembly& assembly) const {
   thread_local GatheredState own;
   const LocalState local = own.of(*element_, s, assembly.numbers());

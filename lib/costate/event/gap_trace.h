@@ -27,6 +27,9 @@ class GapTrace {
   /// Whether a force acts wherever the gap is below zero, with these states of the element.
   bool presses(const double* z) const { return !gaps_ || gaps_->gap_presses(i_, z); }
 
+  /// Whether a force is left where the gap is below zero.
+  bool acts(const StateView& s, const Assembly& assembly) const;
+
   struct Look {
     double t = 0;
     GapMotion m;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/element/unilateral_force.h"
+
 namespace costate {
 
 namespace {
@@ -37,11 +39,28 @@ void GrazingWatch::keep_expected(Guard& g) {
   if (g.rate < 0 && g.turns > 0) keep(g, g.t - g.rate / g.turns, std::abs(g.gap - g.rate * g.rate / (2 * g.turns)));
 }
 
+std::string GrazingWatch::name_of(const Guard& g) {
+  return fmt::format("{}: {}", g.force->path(), g.guarded->guard_name(g.k));
+}
+
+std::pair<LocalState, GapMotion> GrazingWatch::motion_of(const Guard& g, const StateView& s, const Assembly& assembly) {
+  LocalState local = gathered_.of(*g.force, s, assembly.numbers());
+  local.z = s.z + g.first_state;
+  return {local, g.gaps->gap_motion(g.gaps->gap_of_guard(g.k), local)};
+}
+
+std::optional<std::string> GrazingWatch::impact_within(double seconds, const StateView& s, const Assembly& assembly) {
+  for (const Guard& g : guards_) {
+    if (!dynamic_cast<const UnilateralForce*>(g.force) || !g.guarded->guard_armed(g.k, s.z + g.first_state)) continue;
+    const GapMotion m = motion_of(g, s, assembly).second;
+    if (m.rate < 0 && m.gap < -m.rate * seconds) return name_of(g);
+  }
+  return {};
+}
+
 void GrazingWatch::look(const StateView& s, const Assembly& assembly) {
   for (Guard& g : guards_) {
-    LocalState local = gathered_.of(*g.force, s, assembly.numbers());
-    local.z = s.z + g.first_state;
-    const GapMotion m = g.gaps->gap_motion(g.gaps->gap_of_guard(g.k), local);
+    const auto [local, m] = motion_of(g, s, assembly);
     g.least = std::min(g.least, m.gap);
     g.most = std::max(g.most, m.gap);
     const bool armed = g.guarded->guard_armed(g.k, local.z);
@@ -78,8 +97,7 @@ std::optional<GrazingWatch::Place> GrazingWatch::nearest() const {
     const double range = g.most - g.least;
     if (!g.shallowest || g.shallowest->farthest < kFromAfar * range) continue;
     if (least && least->depth / least->range <= g.shallowest->depth / range) continue;
-    least = {g.shallowest->t, fmt::format("{}: {}", g.force->path(), g.guarded->guard_name(g.k)), g.shallowest->depth,
-             range};
+    least = {g.shallowest->t, name_of(g), g.shallowest->depth, range};
   }
   return least;
 }

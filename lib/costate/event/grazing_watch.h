@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
@@ -30,6 +31,8 @@ class GrazingWatch {
     std::string event;            // "contact.foot: touch"
     double depth = 0, range = 0;  // delta, and that of the gap
   };
+  /// "contact.foot: touch", of what impacts within so many seconds as `s` has it, if anything does.
+  std::optional<std::string> impact_within(double seconds, const StateView& s, const Assembly& assembly);
   /// The one of least depth in parts of the range, if there is any.
   std::optional<Place> nearest() const;
 
@@ -48,6 +51,9 @@ class GrazingWatch {
     };
     std::optional<At> shallowest = {};
   };
+  static std::string name_of(const Guard& g);
+  /// The force's state, and its gap there.
+  std::pair<LocalState, GapMotion> motion_of(const Guard& g, const StateView& s, const Assembly& assembly);
   static void keep(Guard& g, double t, double depth);
   /// Where it has come to zero, or turned round, behind the last look.
   static void keep_expected(Guard& g);

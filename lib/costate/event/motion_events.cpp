@@ -232,9 +232,10 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
           has_stopped(*slides, at(end), acceleration_by_forces(at(end))))
         continue;
       if (after_[i] * direction < 0) {
+        if (g.ready) continue;
         // A latch at its place, too.
         const double none = g.gap ? at_zero : g.contact < 0 ? kRounding * largest_coordinate(*g.force, here) : 0;
-        g.ready = g.ready || -after_[i] * direction > none;
+        g.ready = -after_[i] * direction > none;
         continue;
       }
       if (!g.ready) {

@@ -172,7 +172,7 @@ std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks
     for (; k <= last && depth(k) > 0; ++k) deepest = std::max(deepest, depth(k));
     const std::size_t end = k;  // the first look behind it
     // At its end the force may be over already, so that the integrator has seen nothing of it.
-    const bool over = end > last && begin > 0 && !trace[last].m.acts;
+    const bool over = end > last && begin > 0 && !gap.trace.acts(at(trace[last].t), assembly_);
     const double at_ends = std::max(begin == 0 ? depth(0) : 0, end > last && !over ? depth(last) : 0);
     if (!(deepest > kDeeper * at_ends) || !(deepest > kCounts * (atol_ + rtol_ * size_))) continue;
     const double t1 = begin == 0 ? trace[0].t : gap.trace.zero(trace[begin - 1], trace[begin], at, assembly_);

@@ -89,14 +89,11 @@ double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism)
   const Inertias inertias = largest_inertias(first, coordinates);
   double largest = 0;
   for (const auto& row : first.rows) largest = std::max(largest, mass_of_row(row, coordinates, inertias));
-  if (largest == 0) {
-    // No row, or none that moves a mass; those of contacts that are open are none yet, and move masses, not inertias of
-    // another unit, which a body of 600 m has 3e4 times as much of.
-    const auto masses = inertias.find("m");
-    if (masses != inertias.end()) largest = masses->second;
-    for (const auto& [unit, inertia] : inertias)
-      if (masses == inertias.end() || masses->second == 0) largest = std::max(largest, inertia);
-  }
+  // No row, or none that moves a mass; those of contacts that are open are none yet, and move masses, not inertias of
+  // another unit, which a body of 600 m has 3e4 times as much of.
+  if (const auto masses = inertias.find("m"); largest == 0 && masses != inertias.end()) largest = masses->second;
+  if (largest == 0)
+    for (const auto& [unit, inertia] : inertias) largest = std::max(largest, inertia);
   return stiffness * (largest > 0 ? largest : 1.0);
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "costate/linear/balancing_scale.h"
 #include "costate/linear/dense_factor.h"
 #include "costate/linear/short_vectors.h"
 
@@ -17,7 +18,6 @@ constexpr std::size_t kFullBorder = 48, kSmallBorder = 12;
 constexpr double kFullDensity = 0.2;
 // The smallest pivot, of entries scaled to 1: what is lost is its reciprocal times the rounding, 2e-12 at the worst.
 constexpr double kLeastPivot = 1e-4;
-constexpr int kScalings = 20;
 
 /// f(k, row, column) of each entry.
 template <class F>
@@ -108,26 +108,8 @@ BorderedSolver::BorderedSolver(const SparsePattern& pattern, const std::vector<i
   scale_.assign(n, 1);
 }
 
-// Rows and columns alike, towards entries of which the largest of each row is 1.
 void BorderedSolver::choose_scale(const double* values) {
-  std::fill(scale_.begin(), scale_.end(), 1.0);
-  std::vector<double> largest(scale_.size());
-  for (int turn = 0; turn < kScalings; ++turn) {
-    std::fill(largest.begin(), largest.end(), 0.0);
-    for_each_entry(pattern_, [&](std::size_t k, std::size_t i, std::size_t j) {
-      const double x = std::abs(values[k]) * scale_[i] * scale_[j];
-      largest[i] = std::max(largest[i], x);
-      largest[j] = std::max(largest[j], x);
-    });
-    bool scaled = true;
-    for (std::size_t i = 0; i < scale_.size(); ++i)
-      if (largest[i] > 0 && std::isfinite(largest[i])) {
-        scale_[i] /= std::sqrt(largest[i]);
-        scaled = scaled && largest[i] > 0.5 && largest[i] < 2;
-      }
-    if (scaled) break;
-  }
-  for (double& d : scale_) d = std::exp2(std::round(std::log2(d)));
+  scale_ = balancing_scale(pattern_, Balance::alike, [values](std::size_t k) { return std::abs(values[k]); });
   auto entry = entries_.begin();
   for_each_entry(pattern_, [&](std::size_t k, std::size_t i, std::size_t j) {
     if (entry != entries_.end() && entry->entry == k) (entry++)->scale = scale_[i] * scale_[j];

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "costate/base/error.h"
+#include "costate/linear/balancing_scale.h"
 #include "costate/linear/sparse_pattern.h"
 
 namespace costate {
@@ -124,7 +125,12 @@ struct KluFactors {
     // Columns far smaller than others (multipliers beside large masses) have small pivots, and are not dependent.
     klu_l_numeric* plain = std::exchange(numeric, nullptr);
     const double growth = full_growth;
-    columns = balancing_columns(values);
+    columns = balancing_scale(*pattern, Balance::columns, [values](std::size_t k) {
+      double size = 0;
+      for (std::size_t part = 0; part < Klu::numbers; ++part)
+        size = std::max(size, std::abs(values[Klu::numbers * k + part]));
+      return size;
+    });
     const bool regular = factor_as_it_is(balanced(values), kSingularBalanced) < 0;
     if (!regular) {
       drop();
@@ -165,34 +171,6 @@ struct KluFactors {
       for (const auto end = static_cast<std::size_t>(Klu::numbers * pattern->column_start[j + 1]); k < end; ++k)
         balanced_[k] = columns[j] * values[k];
     return balanced_.data();
-  }
-
-  /// Powers of 2, towards entries of which the largest of each row and of each column is 1, rows being scaled, too.
-  std::vector<double> balancing_columns(const double* values) const {
-    constexpr int turns = 20;
-    const auto n = static_cast<std::size_t>(pattern->cols);
-    std::vector<double> scale(n, 1.0), row_scale(n, 1.0), largest(n), row_largest(n);
-    const auto weaken = [](std::vector<double>& scales, const std::vector<double>& by) {
-      for (std::size_t i = 0; i < scales.size(); ++i)
-        if (by[i] > 0 && std::isfinite(by[i])) scales[i] /= std::sqrt(by[i]);
-    };
-    for (int turn = 0; turn < turns; ++turn) {
-      std::fill(largest.begin(), largest.end(), 0.0);
-      row_largest = largest;
-      for (std::size_t j = 0; j < n; ++j)
-        for (auto k = pattern->column_start[j]; k < pattern->column_start[j + 1]; ++k) {
-          const auto i = static_cast<std::size_t>(pattern->row[static_cast<std::size_t>(k)]);
-          double x = 0;
-          for (long part = 0; part < Klu::numbers; ++part) x = std::max(x, std::abs(values[Klu::numbers * k + part]));
-          x *= scale[j] * row_scale[i];
-          largest[j] = std::max(largest[j], x);
-          row_largest[i] = std::max(row_largest[i], x);
-        }
-      weaken(scale, largest);
-      weaken(row_scale, row_largest);
-    }
-    for (double& c : scale) c = std::exp2(std::round(std::log2(c)));
-    return scale;
   }
 
   std::vector<double> balanced_;

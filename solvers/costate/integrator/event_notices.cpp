@@ -7,11 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
-#include "costate/element/gap_element.h"
-#include "costate/element/guarded_force.h"
 #include "costate/element/unilateral_force.h"
 #include "costate/event/named_event.h"
 #include "costate/level/fixed_times.h"
@@ -126,29 +123,15 @@ void tell_of_end(const Problem& problem, const Simulation& result, const std::ve
           fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
 }
 
-void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end) {
+void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end,
+                           GrazingWatch& watch) {
   if (problem.objective.terminal.empty()) return;
-  const Mechanism& m = assembly.mechanism();
   const double instant = kSameInstant * (end.t - problem.solver.t_start);
-  for (std::size_t f = 0; f < m.forces().size(); ++f) {
-    const Force& force = *m.forces()[f];
-    const auto* gaps = dynamic_cast<const GapElement*>(&force);
-    const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
-    if (!gaps || !guarded || !dynamic_cast<const UnilateralForce*>(&force)) continue;
-    const double* z = end.z + m.state_offsets()[f];
-    for (int k = 0; k < guarded->guard_count(); ++k) {
-      if (gaps->gap_of_guard(k) < 0 || !guarded->guard_armed(k, z)) continue;
-      thread_local GatheredState own;
-      LocalState local = own.of(force, end, assembly.numbers());
-      local.z = z;
-      const GapMotion gap = gaps->gap_motion(gaps->gap_of_guard(k), local);
-      if (gap.rate < 0 && gap.gap < -gap.rate * instant)
-        notice(fmt::format(
-            "'{}: {}' happens within {:.1g} s behind the end of the run, t = {:.9g} s, where velocities jump: rounding "
-            "decides whether it belongs to the run. Move the end.",
-            force.path(), guarded->guard_name(k), instant, end.t));
-    }
-  }
+  if (const auto impact = watch.impact_within(instant, end, assembly))
+    notice(fmt::format(
+        "'{}' happens within {:.1g} s behind the end of the run, t = {:.9g} s, where velocities jump: rounding decides "
+        "whether it belongs to the run. Move the end.",
+        *impact, instant, end.t));
 }
 
 void tell_of_samples(const Problem& problem, const std::vector<RunEvent>& events) {

@@ -19,7 +19,7 @@ void refuse_grazing(const GrazingWatch& watch, double rtol);
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
 void tell_of_start(const Problem& problem, const Simulation& result);
 /// Of an impact that comes, as the end has it, within an instant behind the end, where a terminal cost is.
-void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end);
+void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end, GrazingWatch& watch);
 /// Of a sample of the cost in the instant of an event.
 void tell_of_samples(const Problem& problem, const std::vector<RunEvent>& events);
 /// Of a gradient where the order of two events decides, or of an event and a jump of a law of time; `numbers` are those

@@ -150,8 +150,8 @@ void RunWatch::conclude(Simulation& result) const {
 void RunWatch::finish(double t, const double* y) {
   look(&MotionWatch::finish, t, y);
   // Where an event is the end it is known on which side of it the run ends.
-  if (!problem_.ends_when && !problem_.cycle && std::isinf(problem_.solver.events_until))
-    tell_of_impact_behind(problem_, system_.assembly(), system_.kinematic_state(t, y));
+  if (!grazing_.empty() && !problem_.ends_when && !problem_.cycle && std::isinf(problem_.solver.events_until))
+    tell_of_impact_behind(problem_, system_.assembly(), system_.kinematic_state(t, y), grazing_);
 }
 
 void RunWatch::conclude(GradientResult& result) const {

@@ -14,6 +14,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
+#include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
 
@@ -47,7 +48,7 @@ std::optional<Simulation> exact_run(const Problem& problem, const std::vector<do
 
 /// Of the run, what its end moves by; 1 where nothing tells.
 double moved_end(const Problem& problem, const std::vector<double>& rho, Simulation& result) {
-  if (!problem.ends_when || find_formulation(problem.formulation).exact_constraints()) return 0;
+  if (!problem.ends_when || !has_soft_constraints(problem.formulation)) return 0;
   const double start = problem.solver.t_start, from = result.end ? result.end->t : problem.solver.t_end;
   std::optional<Simulation> exact;
   try {
@@ -76,10 +77,6 @@ double moved_end(const Problem& problem, const std::vector<double>& rho, Simulat
 }
 
 }  // namespace
-
-void watch_soft_end(const Problem& problem, const std::vector<double>& rho, Simulation& result) {
-  moved_end(problem, rho, result);
-}
 
 void watch_soft_end(const Problem& problem, const std::vector<double>& rho, GradientResult& result) {
   const double moved = moved_end(problem, rho, result);

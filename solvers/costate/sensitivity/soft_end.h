@@ -9,10 +9,9 @@
 
 namespace costate {
 
-/// Of a run by a penalty that an event has ended: widens the known error of psi, gives notice where the end is another
-/// one with exact constraints, and throws SolverError where it does not come with those. Nothing of other runs.
-void watch_soft_end(const Problem& problem, const std::vector<double>& rho, Simulation& result);
-/// The same, and widens the known errors of a gradient by as much of it as the end moves by.
+/// Of a run by a penalty that an event has ended, with a gradient or without: widens the known error of psi, and that
+/// of the gradient by as much of it as the end moves by, gives notice where the end is another one with exact
+/// constraints, and throws NoEndError where it does not come with those. Nothing of other runs.
 void watch_soft_end(const Problem& problem, const std::vector<double>& rho, GradientResult& result);
 
 }  // namespace costate

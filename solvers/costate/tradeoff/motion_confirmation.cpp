@@ -212,7 +212,7 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
   GradientResult r;
   const TradeValues values = probe.run(problem, "", &r, &to);
   confirm_motion(probe, problem, values, &r);
-  watch_soft_end(problem, rho, static_cast<Simulation&>(r));
+  watch_soft_end(problem, rho, r);
   if (Problem finer = problem; !problem.objective.running.empty() && resolve_small_psi(finer, std::abs(r.psi))) try {
       const Unsaid another;
       finer.solver.confirm = false;

@@ -132,7 +132,6 @@ GapMotion TyreGround::gap_motion(int, const LocalState& s) const {
   GapMotion m;
   m.gap = -g.deflection.v;
   m.rate = -g.deflection.d[0];
-  m.acts = setup_.bilateral || !(m.gap < 0) || unclipped_force(s, geometry(s)) > 0;
   // Of a centre at its body's origin only the tilt of the axis counts.
   const double lever = length3(s.p + TyreNumbers::center);
   const double rates[3] = {w.axis[0].d[0], w.axis[1].d[0], w.axis[2].d[0]};

@@ -72,3 +72,63 @@ TEST_CASE("silent inputs: a tyre's coefficients that no equation here has are to
   REQUIRE(said.size() == 1);
   CHECK_THAT(said.front(), Contains("QSX12, QSX14 have no part"));
 }
+
+namespace {
+/// What is said of a scene with this file and these coefficients besides; or why it is refused.
+std::vector<std::string> said_of(const std::string& tir, const std::string& own = "") {
+  const auto file = "misspelt_" + std::to_string(getpid()) + ".tir";
+  std::ofstream(file) << tir;
+  take_notices();
+  std::vector<std::string> said;
+  try {
+    Scene::parse(
+        "[road.r]\nkind = \"flat\"\n[rigid_body.w]\nx_m = 0\ny_m = 0\nz_m = 0.3\nmass_kg = 9\n"
+        "inertia_xx_kg_m2 = 1\ninertia_yy_kg_m2 = 1\ninertia_zz_kg_m2 = 1\n[point.c]\non = \"w\"\nx_m = 0\n"
+        "y_m = 0\nz_m = 0\n[tyre.T]\nwheel = \"c\"\nroad = \"r\"\nmodel = \"magic_formula\"\nfree_rolling = "
+        "true\ntir_file = \"" +
+            file + "\"\n" + own + "\n[start]\ngiven = [\"w\"]\n",
+        "s.toml");
+    said = take_notices();
+  } catch (const Error& e) {
+    said = {e.what()};
+  }
+  std::remove(file.c_str());
+  return said;
+}
+const std::string kShort =
+    "[UNITS]\nMASS = 'kg'\nPRESSURE = 'Pa'\n[MODEL]\nFITTYP = 6\n[INERTIA]\nMASS = 9.3\n[DIMENSION]\n"
+    "UNLOADED_RADIUS = 0.3\n[VERTICAL]\nFNOMIN = 4000\nVERTICAL_STIFFNESS = 2e5\n[LATERAL_COEFFICIENTS]\n"
+    "PCX1 = 1.6\nPDX1 = 1\nPDX2 = 0\nPDX3 = 0\nPEX1 = 0\nPEX2 = 0\nPEX3 = 0\nPEX4 = 0\nPKX1 = 20\nPKX2 = 0\nPKX3 = 0\n"
+    "PHX1 = 0\nPHX2 = 0\nPVX1 = 0\nPVX2 = 0\nPCY1 = 1.3\nPDY1 = 0.9\nPDY3 = 0\nPEY1 = 0\nPEY2 = 0\nPEY3 = 0\n"
+    "PEY4 = 0\nPKY1 = -20\nPKY2 = 2\nPKY3 = 0\nPHY1 = 0\nPHY2 = 0\nPHY3 = 0\nPVY1 = 0\nPVY2 = 0\nPVY3 = 0\nPVY4 = 0\n";
+}  // namespace
+
+// PDYY2 for PDY2 changed psi from 5.50 to 5.46 without a word; a key that was given twice had its last value.
+TEST_CASE("silent inputs: a tyre file's coefficients that are misspelt, missing, or given twice") {
+  // The tyre's mass is none of the units, and forces of which the file has nothing are not missed.
+  CHECK(said_of(kShort + "PDY2 = -0.1\n").empty());
+  const auto misspelt = said_of(kShort + "PDYY2 = -0.1\n");
+  REQUIRE(misspelt.size() == 2);
+  CHECK_THAT(misspelt[0],
+             Contains("there is no coefficient PDYY2, and PDY2, which is one letter from it, is not given"));
+  CHECK_THAT(misspelt[1], Contains("does not give PDY2, which is taken as zero"));
+  // In the scene it may stand as well.
+  CHECK(said_of(kShort, "magic_formula = { PDY2 = -0.1 }").empty());
+  const auto combined = said_of(kShort + "PDY2 = -0.1\nRBY1 = 8\nRCY1 = 1\n");
+  REQUIRE(combined.size() == 1);
+  CHECK_THAT(combined[0], Contains("does not give RBY2, RBY3, REY1, REY2, RHY1, RHY2, RVY1, RVY2"));
+  // 6.1 has some more.
+  std::string newer = kShort + "PDY2 = -0.1\n";
+  newer.replace(newer.find("FITTYP = 6"), 10, "FITTYP = 61");
+  const auto of_61 = said_of(newer);
+  REQUIRE(of_61.size() == 1);
+  CHECK_THAT(of_61[0], Contains("does not give PEY5, PKY4 (taken as 2), PKY5, PKY6, PKY7, which are taken as zero"));
+  const auto load = said_of(kShort + "PDY2 = -0.1\nQ_FZ2 = 15\nQ_V1 = 0\n");
+  REQUIRE(load.size() == 1);
+  CHECK_THAT(load[0], Contains("Q_FZ2 has no part in the equations"));
+  const auto twice = said_of(kShort + "PDY2 = -0.1\n\nPDY2 = -0.2\n");
+  REQUIRE(twice.size() == 1);
+  CHECK_THAT(twice[0], Contains(".tir:48:1: PDY2 has another value in line 46, -0.1: keep one of the two."));
+  CHECK(said_of(kShort + "PDY2 = -0.1\nPDY2 = -0.1\nTYPE = 1\nTYPE = 2\n").empty());
+  CHECK_THAT(said_of("[UNITS]\nPRESSURE = 'bar'\n")[0], Contains(".tir:2:1: PRESSURE must be 'PASCAL', found 'BAR'"));
+}

@@ -276,7 +276,7 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
   }
   matrix_->filter(change.data());
   const auto tolerance = [&](int e) { return atol[e] + rtol * std::max(std::abs(start()[e]), std::abs(end()[e])); };
-  double off = 0, moved = 0, rounding = 0;
+  double off = 0, moved = 0, rounding = 0, velocity = 0;
   int count = 0;
   for (int e = 0; e < n_; ++e) {
     const auto k = static_cast<std::size_t>(e);
@@ -284,6 +284,7 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
     const double x = change[k] / tolerance(e), d = (end()[e] - start()[e]) / tolerance(e),
                  u = kEstimateRounding * start()[e] / tolerance(e);
     off += x * x;
+    if (unknowns[k].role == Unknown::Role::velocity) velocity = std::max(velocity, std::abs(change[k]));
     moved += d * d;
     rounding += u * u;
     ++count;
@@ -302,6 +303,7 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
         std::max(r.rate_error, cost_pace_.rate_error(cost, h_, costs_.front(), costs_.back(), tolerance(n_)));
   }
   r.error /= scheme_.estimate_factor(rtol);
+  r.velocity = velocity / scheme_.estimate_factor(rtol);
   return r;
 }
 

@@ -12,6 +12,8 @@ struct StepEstimate {
   /// The part of the rates that the step gets wrong: what its derivative is off by where a force bends within it,
   /// however short it is. 0 where next to nothing moves.
   double rate_error = 0;
+  /// The largest of a velocity; of implicit schemes.
+  double velocity = 0;
 };
 
 /// The largest rate of psi in the steps so far, against which an error of it counts: shares of a gradient add up.

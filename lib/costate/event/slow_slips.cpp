@@ -91,9 +91,9 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   };
   if (begins_to_slide())
     throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods and second "
-                    "derivatives do not carry: no step tells its direction where it is slow. Take idas, cvodes or "
-                    "hand-derived methods.",
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods of fixed "
+                    "or explicit steps and second derivatives do not carry: no step tells its direction where it is "
+                    "slow. Take idas, cvodes or hand-derived methods, or discrete ones on radau5.",
                     before.t, g.name));
 }
 

@@ -22,12 +22,22 @@ constexpr int kCorrections = 8;
 }  // namespace
 
 template <class Kind>
-void RungeKuttaRun<Kind>::end_step_at_event(double t) {
-  end_step_at(begin_, t, [&](double at, const double* y) {
-    return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
-  });
+bool RungeKuttaRun<Kind>::end_step_at_event(double t) {
+  try {
+    end_step_at(begin_, t, [&](double at, const double* y) {
+      return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
+    });
+  } catch (const StepError& e) {  // where forces turn as fast as slow slips: nearer to it they hardly turn any more
+    last_step_error_ = e.what();
+    ++failed_;
+    system_.forget_event();
+    end_time_ = begin_;
+    std::copy(step_->start(), step_->start() + step_->size(), end_.begin());
+    return false;
+  }
   end_time_ = step_->t_end();
   std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+  return true;
 }
 
 template <class Kind>
@@ -97,8 +107,8 @@ void RungeKuttaRun<Kind>::cross() {
   begin_segment(t_after, y);
 }
 
-template void RungeKuttaRun<ExplicitKind>::end_step_at_event(double);
-template void RungeKuttaRun<RadauKind>::end_step_at_event(double);
+template bool RungeKuttaRun<ExplicitKind>::end_step_at_event(double);
+template bool RungeKuttaRun<RadauKind>::end_step_at_event(double);
 template void RungeKuttaRun<ExplicitKind>::end_step_at(double, double,
                                                        const std::function<double(double, const double*)>&, double);
 template void RungeKuttaRun<RadauKind>::end_step_at(double, double, const std::function<double(double, const double*)>&,

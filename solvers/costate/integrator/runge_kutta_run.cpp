@@ -30,12 +30,16 @@ constexpr double kBeforeTouch = 0.05;
 constexpr double kShortened = 0.25;
 // So often the time of a bend is sought anew.
 constexpr int kMostSearches = 12;
+// And so often an event whose step has no solution is gone towards by a part of the way.
+constexpr int kMostNearer = 20;
 constexpr long kPollEvaluations = 64;  // evaluations between calls of the monitor
 // Free flight is exact by steps of any length: one could pass over a hop, and its guard be behind its end again. Steps
 // that begin with this part of the run and grow by kMost have an end within whatever lasts longer than the first one.
 constexpr double kBehindEvent = 1e-6;
 // To this part of a step where a force only bends: less than what is behind a step's begin (event/touch_watch.cpp).
 constexpr double kNearTouch = 1e-7;
+// Of velocities, the rounding of an estimate.
+constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
 template <class Kind>
@@ -175,8 +179,18 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
 }
 
 template <class Kind>
+double RungeKuttaRun<Kind>::allowed_by_slip() {
+  if (!resolves_slips_) return HUGE_VAL;
+  const double slip = system_.slowest_from_rest(system_.look_state(end_time_, end_.data())).speed;
+  double largest = 0;
+  for (std::size_t i = 0; i < system_.unknowns().size(); ++i)
+    if (system_.unknowns()[i].role == Unknown::Role::velocity) largest = std::max(largest, std::abs(end_[i]));
+  return options_.rtol * slip + kEstimated * largest;
+}
+
+template <class Kind>
 void RungeKuttaRun<Kind>::find_step(double h, double limit) {
-  const double order = step_->error_order();
+  const double order = step_->error_order(), by_slip = allowed_by_slip();
   BendBound bend(options_.rtol, order);
   for (bool shortened = false;; shortened = true) {
     // What would be left over for the next one is taken at once.
@@ -190,6 +204,7 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
       const StepEstimate estimate = step_->estimate(options_.rtol, atol_.data());
       double error = estimate.error;
       if (bends_ != Bends::none && may_bend()) error = std::max(error, bend.excess(estimate.rate_error));
+      error = std::max(error, estimate.velocity / by_slip);
       if (std::isfinite(error)) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
@@ -281,9 +296,14 @@ void RungeKuttaRun<Kind>::take_step() {
       system_.forget_event();
       event.reset();
     }
-    if (event) {
-      end_step_at_event(*event);
-      ended_ = true;
+    for (int nearer = 0; event && !ended_; ++nearer) {
+      ended_ = end_step_at_event(*event);
+      if (ended_) break;
+      if (nearer == kMostNearer) fail("does not get to an event", "EVENT");
+      find_step(kShortened * (*event - begin_), begin_ + kShortened * (*event - begin_));
+      end_time_ = step_->t_end();
+      std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+      event = system_.find_event(begin_, end_time_, [&](double at) { return within_step(begin_, at); });
     }
   }
   if (follower_.step) {

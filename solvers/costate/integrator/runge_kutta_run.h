@@ -55,6 +55,10 @@ class RungeKuttaRun {
     // Which it passes, nobody else is to stop at.
     watch_touches(follows_bends() ? LeftBends::of_rates : LeftBends::none);
   }
+  /// Before the first step: where a slip in space that has begun from rest is slow, steps are as short as its direction
+  /// asks, which turns with 1/|w|: the derivative of the run is right, too. Of implicit ones; explicit ones do not get
+  /// on from rest.
+  void resolve_slips() { resolves_slips_ = Kind::implicit && system_.may_slip_from_rest(); }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const Stages& stages)> step;
@@ -80,6 +84,8 @@ class RungeKuttaRun {
   void take_step();
   /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
   void find_step(double h, double limit);
+  /// What an error of velocities is allowed by resolve_slips(), behind end_time_.
+  double allowed_by_slip();
   void begin_step();
   /// The state at a time of the step that begins there.
   const double* within_step(double begin, double t);
@@ -112,8 +118,9 @@ class RungeKuttaRun {
   /// is of the scheme's own order, and a step like others for who follows. To this part of its length; 0: to the last
   /// bit, on the far side.
   void end_step_at(double begin, double t, const std::function<double(double, const double*)>& guard, double near = 0);
-  /// The same with the pending event's.
-  void end_step_at_event(double t);
+  /// The same with the pending event's. False where the step that ends there has no solution: the last step is then a
+  /// shorter one, and no event pending.
+  bool end_step_at_event(double t);
   double ahead(double t) const;
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
@@ -144,7 +151,8 @@ class RungeKuttaRun {
   bool bend_behind_ = false;                           // that step was one across a bend
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment
-  Bends bends_ = Bends::none;                          // those that are resolved
+  bool resolves_slips_ = false;
+  Bends bends_ = Bends::none;  // those that are resolved
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;

@@ -29,6 +29,10 @@ constexpr double kLooserRun = 10, kNoiseOfLooser = 0.1;
 // Of what a slope changes by at ten times the tolerance: errors fall by 6.8 a decade, or less.
 constexpr double kOfLooserSlope = 0.25;
 constexpr double kAboveNoise = 30, kStays = 0.9, kTold = 1e-3;  // of slopes that differ on both sides
+// Where no run goes so far to both sides (a distance that may not vanish, a start that must not touch): how often the
+// first step is shortened, and to what.
+constexpr int kShortenings = 6;
+constexpr double kShortened = 0.25;
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
 struct Slope {
@@ -37,19 +41,30 @@ struct Slope {
   double step = 0, plain = 0;   // the least step that it is made of, and the slope over that alone
 };
 
+/// f on both sides of x, at the first step that has values: h, or one that is shorter.
+template <class Function>
+std::array<double, 2> first_values(Function&& f, double x, double& h) {
+  for (int shortened = 0;; ++shortened, h *= kShortened) try {
+      return {f(x + h), f(x - h)};
+    } catch (const Error&) {
+      if (shortened == kShortenings) throw;
+    }
+}
+
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
 /// truncation (first columns) nor noise (last rows) spoils it; by chance it may have changed by less than what values
 /// off by `noise` make of it.
 template <class Function>
 Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
+  const std::array<double, 2> first = first_values(f, x, h);
   double best = 0, error = std::numeric_limits<double>::infinity(), least = 0, step = h, plain = 0;
   // By how much the slopes towards both sides differ: halved with the step where f is smooth. Of the level before the
   // last that noise does not spoil, and of that.
   double apart = 0, apart_before = 0;
   for (int i = 0; i < kLevels; ++i, h /= 2) {
     const double above = x + h, below = x - h;
-    const double f_above = f(above), f_below = f(below);
+    const double f_above = i == 0 ? first[0] : f(above), f_below = i == 0 ? first[1] : f(below);
     a[0][i] = (f_above - f_below) / (above - below);
     const double sides = (f_above - f_at_x) / (above - x) - (f_at_x - f_below) / (x - below);
     if (std::abs(sides) > kAboveNoise * noise_of_f / h) {

@@ -109,10 +109,12 @@ template <class Kind>
 GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
                             double asked, double& part) {
   system.end_at_kinks_of_laws();
+  if (Kind::implicit) system.carry_slips_from_rest();
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
   run.resolve_bends();
+  run.resolve_slips();
   typename Kind::Tape tape = make_tape(system, run, o);
   run.record(&tape);
   RunWatch watch(problem, rho, system);
@@ -167,11 +169,13 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto owned = Kind::make(own);
   typename Kind::SystemType& system = *owned;
   system.end_at_kinks_of_laws();
+  if (Kind::implicit) system.carry_slips_from_rest();
   system.differentiate_between_steps();
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
   RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);
   run.resolve_bends();
+  run.resolve_slips();
   RunWatch watch(own, rho, system);
   watch.begin(o.t_start, run.y());
   run.watch(watch.sink());

@@ -3,8 +3,10 @@
 //   F_n = K delta + c delta' r,  r = min(1, delta / ramp), for delta > 0 and never below 0: continuous at
 //   lift-off
 // The wrench (F, M) about the wheel's centre C depends on the motion only through u = (x and z of C, the axis
-// a = A a', the velocity V of C, the wheel's spin, the states): dual numbers differentiate by u, the rest is
-// written by hand,
+// a = A a', the velocity V of C, the wheel's spin, the states) and the axis's rate: dual numbers differentiate by u,
+// the rest is written by hand: of the rate d, as V and d come in as V + r_w (d.e_z / |a|) e_y alone (tyre_contact.h),
+//   [F; M]_d = ([F; M]_V e_y) r_w e_z^T / |a|,
+// and of the coordinates
 //   Q = C_q^T F + 2 E^T M (+ a.M on the spin's coordinate),  Q_q = T [F_u; M_u] u_q + (T [F; M])_q at fixed
 //   F, M.
 // Coordinates: the body's x, y, z, e0, e1, e2, e3, then the spin's, if any. Numbers: the centre's and the
@@ -56,7 +58,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
       if (!model_.may_jump(s.p + model_numbers_)) return;
       WheelState<double> w;
       double at[3];
-      wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis);
+      wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis, w.axis_rate);
       w.x = at[0];
       w.z = at[2];
       double zdot[Model::most_states + 1], z[Model::most_states + 1] = {};
@@ -86,13 +88,14 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     using D = Dual<directions>;
     const double *e = s.q + 3, *ed = s.v + 3;
     WheelState<D> w;
-    double at[3], velocity[3], direction[3];
-    wheel_motion(s.q, s.v, s.p, at, velocity, direction);
+    double at[3], velocity[3], direction[3], turning_rate[3];
+    wheel_motion(s.q, s.v, s.p, at, velocity, direction, turning_rate);
     w.x = D::variable(at[0], 0);
     w.z = D::variable(at[2], 1);
     for (int i = 0; i < 3; ++i) {
       w.axis[i] = D::variable(direction[i], of_axis + i);
       w.velocity[i] = D::variable(velocity[i], of_velocity + i);
+      w.axis_rate[i] = D(turning_rate[i]);
     }
     D spin(0.0), z[Model::most_states + 1], zdot[Model::most_states + 1];
     if constexpr (uses_spin) spin = D::variable(spin_of(s.q, s.v, s.p), of_spin);
@@ -110,6 +113,14 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
       spin_e = -unit.transpose() * body_rate_matrix(ed);
       spin_ed = unit.transpose() * body_rate_matrix(e);
     }
+    // Those by the axis's rate are (G_V e_y) of_rate^T.
+    Vector3 ey, of_rate = Vector3::Zero();
+    const bool leans = setup_.contact == TyreContact::disc;
+    for (int i = 0; i < 3; ++i) ey[i] = y.geometry.ey[i].v;
+    if (leans)
+      for (int i = 0; i < 3; ++i) of_rate[i] = y.geometry.loaded_radius.v * y.geometry.ez[i].v / length3(direction);
+    const Eigen::Matrix<double, 1, 4> rate_e = of_rate.transpose() * rotation_jacobian(ed, sa),
+                                      rate_ed = of_rate.transpose() * A;
     // rows = G [u_q, u_v] for derivatives G by u.
     const auto by_motion = [&](const auto& G, auto& by_q, auto& by_v) {
       by_q.col(0) = G.col(0);
@@ -120,6 +131,11 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
                                      G.template middleCols<3>(of_velocity).lazyProduct(Bd);
       by_v.template leftCols<3>() = G.template middleCols<3>(of_velocity);
       by_v.template rightCols<4>() = G.template middleCols<3>(of_velocity).lazyProduct(B);
+      if (leans) {
+        const auto along = (G.template middleCols<3>(of_velocity) * ey).eval();
+        by_q.template rightCols<4>() += along * rate_e;
+        by_v.template rightCols<4>() += along * rate_ed;
+      }
       if constexpr (uses_spin) {
         by_q.template rightCols<4>() += G.col(of_spin) * spin_e;
         by_v.template rightCols<4>() += G.col(of_spin) * spin_ed;
@@ -165,9 +181,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     }
     if (!setup_.has_spin) return;
     // Row of the spin, ey.M, and column of its rate.
-    Vector3 ey(direction);
-    const double length = ey.norm();
-    ey /= length;
+    const double length = length3(direction);
     out.Q_q.template block<1, 7>(7, 0) = ey.transpose() * W_q.template bottomRows<3>();
     out.Q_q.template block<1, 4>(7, 3) += (M - ey.dot(M) * ey).transpose() / length * A;
     out.Q_v.template block<1, 7>(7, 0) = ey.transpose() * W_v.template bottomRows<3>();
@@ -292,7 +306,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
       double ignored[Model::most_states + 1];
       WheelState<double> w;
       double at[3], spin = 0;
-      f.wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis);
+      f.wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis, w.axis_rate);
       w.x = at[0];
       w.z = at[2];
       if constexpr (uses_spin) spin = f.spin_of(s.q, s.v, s.p);
@@ -340,10 +354,11 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
   };
 
   template <class S, class P>
-  void wheel_motion(const S* q, const S* v, const P* p, S* at, S* velocity, S* direction) const {
+  void wheel_motion(const S* q, const S* v, const P* p, S* at, S* velocity, S* direction, S* direction_rate) const {
     SpatialPointMath::position(q, p + Numbers::center, at);
     SpatialPointMath::velocity(q, v, p + Numbers::center, velocity);
     rotated(q + 3, p + Numbers::axis, direction);
+    rotated_rate(q + 3, v + 3, p + Numbers::axis, direction_rate);
   }
 
   void require_upright(double t, const Evaluation<double>& e) const {
@@ -367,7 +382,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
   void evaluate(const S& t, const S* q, const S* v, const S* z, const S* p, Evaluation<S>& e, S* zdot) const {
     WheelState<S> w;
     S at[3], spin(0.0);
-    wheel_motion(q, v, p, at, w.velocity, w.axis);
+    wheel_motion(q, v, p, at, w.velocity, w.axis, w.axis_rate);
     w.x = at[0];
     w.z = at[2];
     if constexpr (uses_spin) spin = spin_of(q, v, p);

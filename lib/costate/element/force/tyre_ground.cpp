@@ -45,6 +45,7 @@ TyreGeometry<double> TyreGround::geometry(const LocalState& s) const {
   rotated(s.q + 3, s.p + TyreNumbers::center, r);
   rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::center, u);
   rotated(s.q + 3, s.p + TyreNumbers::axis, w.axis);
+  rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::axis, w.axis_rate);
   w.x = s.q[0] + r[0];
   w.z = s.q[2] + r[2];
   for (int i = 0; i < 3; ++i) w.velocity[i] = s.v[i] + u[i];
@@ -125,6 +126,7 @@ GapMotion TyreGround::gap_motion(int, const LocalState& s) const {
   w.z = moving(s.q[2], s.v[2]) + r[2];
   rotated(e, axis, w.axis);
   for (D& v : w.velocity) v = D(0.0);
+  for (D& v : w.axis_rate) v = D(0.0);
   TyreGeometry<D> g;
   const double R = s.p[TyreNumbers::radius];
   calc_tyre_geometry(*setup_.road, setup_.contact, moving(s.t, 1), w, R, s.p[TyreNumbers::share],

@@ -1,4 +1,4 @@
-// Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g,
+// Tyre models: what a tyre does for a normal force F_n, the velocity of its contact along e_x and e_g (tyre_contact.h),
 // the camber and the wheel's rolling speed. A model is one templated function object that says which outputs
 // it has; the contact (tyre_contact.h) and the wheel's motion (tyre_force.h) are shared, and derivatives come
 // from dual numbers over these few inputs.
@@ -18,8 +18,8 @@ struct TyreInput {
   static constexpr int most = 5;
   S x[most]{};
   const S& normal() const { return x[0]; }   // F_n, N
-  const S& forward() const { return x[1]; }  // V.e_x, m/s
-  const S& lateral() const { return x[2]; }  // V.e_g, m/s
+  const S& forward() const { return x[1]; }  // V_c.e_x, m/s
+  const S& lateral() const { return x[2]; }  // V_c.e_g, m/s
   const S& camber() const { return x[3]; }   // rad
   const S& rolling() const { return x[4]; }  // spin times the effective radius, m/s, positive forward
 };

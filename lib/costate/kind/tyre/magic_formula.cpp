@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -77,20 +79,80 @@ std::string family_of(const std::string& name) {
   return digits < name.size() ? name.substr(0, digits) : "";
 }
 
-/// Of a file's coefficients those of families that the equations have, which they do not have themselves.
+/// Whether one letter more, less or another makes b of a.
+bool one_letter_apart(const std::string& a, const std::string& b) {
+  std::size_t same = 0, end = 0;
+  while (same < a.size() && same < b.size() && a[same] == b[same]) ++same;
+  while (end + same < a.size() && end + same < b.size() && a[a.size() - 1 - end] == b[b.size() - 1 - end]) ++end;
+  return a != b && std::max(a.size(), b.size()) - same - end == 1;
+}
+
+/// MF-Tyre 6.1's radial force and radius beyond VERTICAL_STIFFNESS, BREFF, DREFF and FREFF.
+constexpr const char* kOfLoad[] = {"Q_V1",   "Q_V2",   "Q_FZ2",  "Q_FCX",  "Q_FCY",  "Q_FCY2", "Q_CAM",
+                                   "Q_CAM1", "Q_CAM2", "Q_CAM3", "Q_FYS1", "Q_FYS2", "Q_FYS3", "PFZ1"};
+
+/// Of a file's numbers those that coefficients of the equations may have been meant by, and those of their families
+/// and of the radial force which the equations do not have.
 void tell_left_out(const TirFile& file, const std::string& path) {
-  std::set<std::string> known, families;
+  std::set<std::string> known, families, left(std::begin(kOfLoad), std::end(kOfLoad));
   for (const auto& entry : MagicFormula::coefficients()) {
     known.insert(entry.name);
     if (const std::string family = family_of(entry.name); !family.empty()) families.insert(family);
   }
   std::vector<std::string> left_out;
-  for (const std::string& name : file.names())
-    if (!known.count(name) && families.count(family_of(name)) && file.number(name) != 0) left_out.push_back(name);
+  for (const std::string& name : file.names()) {
+    if (known.count(name) || !file.is_number(name) || file.number(name) == 0) continue;
+    const auto meant = std::find_if(known.begin(), known.end(), [&](const std::string& other) {
+      return !file.has(other) && one_letter_apart(name, other);
+    });
+    if (families.count(family_of(name)) || left.count(name))
+      left_out.push_back(name);
+    else if (meant != known.end())
+      notice(
+          fmt::format("{}: there is no coefficient {}, and {}, which is one letter from it, is not given: the "
+                      "number is left out.",
+                      path, name, *meant));
+  }
   if (!left_out.empty())
     notice(fmt::format("{}: {} {} no part in the equations that are computed (MF-Tyre 6.1, 5.2), and {} left out.",
                        path, fmt::join(left_out, ", "), left_out.size() == 1 ? "has" : "have",
                        left_out.size() == 1 ? "is" : "are"));
+}
+
+/// PY of PDY1, QX of QSX3: what one force or moment is made of; nothing of what is no coefficient of a shape.
+std::string part_of(const std::string& name) {
+  constexpr const char* parts = "PX PY RX RY QX QY QZ SZ";
+  const std::string family = family_of(name);
+  if (family.size() != 3) return "";  // PPMX1
+  const std::string part = {family.front(), family.back()};
+  return std::string(parts).find(part) != std::string::npos ? part : "";
+}
+
+/// What a file of the generation need not have.
+bool may_be_missing(const std::string& name, bool older, bool has_pressure) {
+  constexpr const char* of_61[] = {"RBX3",  "RBY4",  "PEY5", "PKY4", "PKY5", "PKY6", "PKY7", "QDZ10",
+                                   "QDZ11", "QEZ5",  "QSX4", "QSX5", "QSX6", "QSX7", "QSX8", "QSX9",
+                                   "QSX10", "QSX11", "QSY5", "QSY6", "QSY7", "QSY8"};
+  if (name.starts_with("PT") || (name.starts_with("PP") && (older || !has_pressure))) return true;
+  return older ? std::find(std::begin(of_61), std::end(of_61), name) != std::end(of_61) : name == "PHY3";
+}
+
+/// What neither the file nor the scene gives, of forces and moments of which they give something.
+void tell_missing(const MagicFormulaOptions& o) {
+  const auto given = [&](const std::string& name) { return o.coefficients.count(name) > 0; };
+  std::set<std::string> parts;
+  for (const auto& [name, value] : o.coefficients)
+    if (const std::string part = part_of(name); !part.empty()) parts.insert(part);
+  std::vector<std::string> missing;
+  for (const auto& entry : MagicFormula::coefficients())
+    if (!given(entry.name) && parts.count(part_of(entry.name)) &&
+        !may_be_missing(entry.name, o.camber_as_angle, given("NOMPRES")))
+      missing.push_back(entry.usual == 0 ? entry.name : fmt::format("{} (taken as {})", entry.name, entry.usual));
+  if (!missing.empty())
+    notice(
+        fmt::format("{} does not give {}, which {} taken as zero. Write what is missing into the file, or into "
+                    "magic_formula = {{ ... }}, zeros where they are meant.",
+                    o.tir_file, fmt::join(missing, ", "), missing.size() == 1 ? "is" : "are"));
 }
 
 }  // namespace
@@ -209,6 +271,7 @@ const RegisterTyreModel magic_formula_registered(
        } else if (!table.has("tir_file")) {
          table.fail("needs 'tir_file' (a .tir file) or 'magic_formula' (a table of coefficients).");
        }
+       if (table.has("tir_file")) tell_missing(o);
        const TyreOptions tyre = read_tyre(table, builder, usual);
        TyreSlipOptions slip = read_tyre_slip(table);
        o.free_rolling = table.flag("free_rolling", false);

@@ -11,6 +11,25 @@
 
 namespace costate {
 
+namespace {
+
+/// Throws where a file's unit is none of SI.
+void require_si(const SourceLocation& place, const std::string& name, const std::string& text) {
+  constexpr const char* units[][3] = {{"LENGTH", "METER", "METRE"}, {"FORCE", "NEWTON", "N"},
+                                      {"ANGLE", "RADIAN", "RAD"},   {"MASS", "KG", "KILOGRAM"},
+                                      {"TIME", "SECOND", "SEC"},    {"PRESSURE", "PASCAL", "PA"}};
+  for (const auto& [quantity, unit, also] : units) {
+    if (name != quantity) continue;
+    std::string found = in_capitals(text);
+    if (found.size() > 3 && found.back() == 'S') found.pop_back();
+    if (found != unit && found != also)
+      throw SceneError(place, fmt::format("{} must be '{}', found '{}': convert the file to SI units.", name, unit,
+                                          in_capitals(text)));
+  }
+}
+
+}  // namespace
+
 TirFile TirFile::read(const std::string& path) {
   std::istringstream in(
       read_text_file(path, 16 << 20, "This tyre property file, whose path is relative to the scene,"));
@@ -36,16 +55,11 @@ TirFile TirFile::read(const std::string& path) {
     if (value.size() >= 2 && (value[0] == '\'' || value[0] == '"')) value = trimmed(value.substr(1, value.size() - 2));
     if (name.empty() || value.empty())
       throw SceneError({path, number, 1}, fmt::format("Expected NAME = value, found '{}'.", line));
-    file.values_[name] = {value, number};
-  }
-  constexpr const char* units[][2] = {
-      {"LENGTH", "METER"}, {"FORCE", "NEWTON"}, {"ANGLE", "RADIAN"}, {"MASS", "KG"}, {"TIME", "SECOND"}};
-  for (const auto& [name, unit] : units) {
-    std::string found = in_capitals(file.text(name, unit));
-    if (found.size() > 3 && found.back() == 'S') found.pop_back();
-    if (found == "METRE") found = "METER";
-    if (found != unit && !(found == "KILOGRAM" && std::string(unit) == "KG"))
-      file.fail(name, fmt::format("must be '{}', found '{}': convert the file to SI units.", unit, found));
+    // Elsewhere MASS is the tyre's, and LENGTH may be any.
+    if (section == "UNITS" || section.empty()) require_si({path, number, 1}, name, value);
+    if (section == "UNITS") continue;
+    const auto [at, is_new] = file.values_.try_emplace(name, Value{value, number, 0});
+    if (!is_new && at->second.text != value) at->second.again = number;
   }
   return file;
 }
@@ -57,14 +71,27 @@ std::vector<std::string> TirFile::names() const {
 }
 
 double TirFile::number(const std::string& name) const {
-  const std::string& text = values_.at(name).text;
+  const std::string& text = value(name).text;
   double x = 0;
   if (!read_number(text, x)) fail(name, fmt::format("must be a number, found '{}'.", text));
   return x;
 }
 
 std::string TirFile::text(const std::string& name, const std::string& otherwise) const {
-  return has(name) ? values_.at(name).text : otherwise;
+  return has(name) ? value(name).text : otherwise;
+}
+
+bool TirFile::is_number(const std::string& name) const {
+  double x = 0;
+  return has(name) && values_.at(name).again == 0 && read_number(values_.at(name).text, x);
+}
+
+const TirFile::Value& TirFile::value(const std::string& name) const {
+  const Value& v = values_.at(name);
+  if (v.again > 0)
+    throw SceneError({path_, v.again, 1},
+                     fmt::format("{} has another value in line {}, {}: keep one of the two.", name, v.line, v.text));
+  return v;
 }
 
 void TirFile::fail(const std::string& name, const std::string& message) const {

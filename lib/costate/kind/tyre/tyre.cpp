@@ -185,6 +185,7 @@ cornering_stiffness_N_per_rad = 50
 
 [tyre.calspan]
 wheel = "hub"
+axis = [-0.1, 1.2, 0.1]
 road = "hill"
 road_factor = -0.8
 spin = "rotor.angle"
@@ -192,7 +193,7 @@ radius_m = 1.1
 stiffness_N_per_m = 9
 model = "calspan"
 slip_speed_m_per_s = 0.5
-calspan = { A0 = 8, A1 = 0.9, A2 = 12, A3 = 1.9, A4 = 20, B1 = -0.05, B3 = 1.2, B4 = 0.01, SN = 1.03, AF1 = -0.2, AF2 = 0.15 }
+calspan = { A0 = 8, A1 = 0.9, A2 = 12, A3 = 1.9, A4 = 20, B1 = -0.05, B3 = 1.2, B4 = 0.01, SN = 1.0, AF1 = -0.2, AF2 = 0.15 }
 
 [tyre.beyond]
 wheel = "middle"

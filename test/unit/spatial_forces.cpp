@@ -251,6 +251,7 @@ z_m = 0
 [bushing.B]
 from = "floor"
 to = "center"
+stiffness_N_m_per_rad = [1, 1, 1]
 [start]
 given = ["body"]
 )");

@@ -9,7 +9,9 @@
 #include "costate/analysis/picks.h"
 #include "costate/analysis/row_space.h"
 #include "costate/analysis/spread_roots.h"
+#include "costate/assembly/friction_rows.h"
 #include "costate/assembly/rolling_rows.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/constraint/euler_norm.h"
 #include "costate/element/point/rotation.h"
@@ -30,14 +32,27 @@ constexpr double kAlongMotion = 1e-4, kInTime = 0.1;
 // A row of this part of the largest entries is their rounding.
 constexpr double kNoEntry = 1e-7;
 
-/// Accelerations and multipliers at (q, v, z), by the null space.
-void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
-  const MatrixXd M = to_dense(assembly.square(), assembly.M.data());
+/// Phi_r, by which reactions act: Phi_q where nothing slides.
+MatrixXd reaction_rows(const Assembly& assembly) {
+  std::vector<double> rows;
+  calc_reaction_rows(assembly, rows);
+  return to_dense(assembly.jacobian(), rows.data());
+}
+
+/// Accelerations and multipliers at (q, v, z), by the null spaces of rows and reactions.
+void calc_accelerations(Assembly& assembly, const RowSpace& rows, const RowSpace& reactions, Modes& r) {
+  const MatrixXd M = to_dense(assembly.square(), assembly.M.data()), N = rows.null_space();
   const VectorXd Q = Eigen::Map<const VectorXd>(assembly.Q.data(), assembly.n()),
                  bias = Eigen::Map<const VectorXd>(assembly.bias.data(), assembly.m());
   r.a = rows.solve(-bias);
-  if (N.cols() > 0) r.a += N * (N.transpose() * M * N).ldlt().solve(N.transpose() * (Q - M * r.a));
-  r.lambda = rows.solve_transposed(Q - M * r.a);
+  if (N.cols() > 0 && assembly.sliding_rows().empty()) {
+    r.a += N * (N.transpose() * M * N).ldlt().solve(N.transpose() * (Q - M * r.a));
+  } else if (N.cols() > 0) {
+    const MatrixXd N_r = reactions.null_space();
+    r.a += N * (N_r.transpose() * M * N).partialPivLu().solve(N_r.transpose() * (Q - M * r.a));
+  }
+  r.lambda = reactions.solve_transposed(Q - M * r.a);
+  add_friction_multipliers(assembly, r.lambda.data());
 }
 
 /// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is
@@ -73,9 +88,17 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
 /// At a point with its accelerations and multipliers, which are put into `r`: what stands on the right of (14.1) before
 /// the constraints are taken out, in directions x, and the constraints' own terms.
 struct Point {
-  MatrixXd T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2;
-  RowSpace rows;  // of J
+  MatrixXd T, T1, T2, M, C, K, Mx, Cx, Kx, J, Jr, J1, J2;
+  RowSpace rows, reactions;  // of J, and of Jr = Phi_r T
 };
+
+/// X T, where rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
+MatrixXd in_directions(const MatrixXd& X, const MatrixXd& T) {
+  MatrixXd J = X * T;
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (J.row(i).norm() < 1e-12 * X.row(i).norm()) J.row(i).setZero();
+  return J;
+}
 
 Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirection>* names) {
   Point p;
@@ -83,11 +106,14 @@ Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirect
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
   p.rows.compute(to_dense(assembly.jacobian(), assembly.phi_q.data()));
-  calc_accelerations(assembly, p.rows, p.rows.null_space(), r);
+  p.reactions.compute(reaction_rows(assembly));
+  calc_accelerations(assembly, p.rows, p.reactions, r);
   s.a = r.a.data();
   s.lambda = r.lambda.data();
   assembly.calc_dynamics(s);
   assembly.calc_partials(s);
+  std::vector<double> slip_q, slip_v;
+  add_slip_forces(assembly, s, slip_q, slip_v);
   p.T = calc_directions(mechanism, r.q, true, names);
   p.T1 = calc_directions(mechanism, r.v, false, nullptr);
   p.T2 = calc_directions(mechanism, r.a, false, nullptr);
@@ -101,11 +127,10 @@ Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirect
   p.Kx = p.T.transpose() * (p.K * p.T + p.C * p.T1 + p.M * p.T2);
   const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
                  phidd_q = constraint(assembly.phidd_q);
-  // Rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
-  p.J = phi_q * p.T;
-  for (Eigen::Index i = 0; i < p.J.rows(); ++i)
-    if (p.J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) p.J.row(i).setZero();
+  p.J = in_directions(phi_q, p.T);
   p.rows.compute(p.J);
+  p.Jr = in_directions(reaction_rows(assembly), p.T);
+  p.reactions.compute(p.Jr);
   p.J1 = phi_q * p.T1 + phid_q * p.T;
   p.J2 = phi_q * p.T2 + 2 * phid_q * p.T1 + phidd_q * p.T;
   return p;
@@ -115,7 +140,7 @@ Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirect
 /// w, d scales that make the blocks comparable; the map U from u to all directions, d, and the directions'
 /// masses.
 struct LinearMotion {
-  MatrixXd A, U, M;
+  MatrixXd A, U, M;  // A by (14.1), M of all directions
   VectorXd d;
   MatrixXd terms;           // the sum of the absolute values of the terms of each entry of A
   std::vector<int> states;  // which z are
@@ -143,13 +168,12 @@ MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const Point p = solve_point(assembly, t, r, &r.directions);
-  const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2, rows] = p;
+  const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, Jr, J1, J2, rows, reactions] = p;
   const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
   r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
   const MatrixXd R = null_columns(J, rows);
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
-  const MatrixXd My = R.transpose() * Mx * R, Cy = R.transpose() * (Cx * R + 2 * Mx * D),
-                 Ky = R.transpose() * (Kx * R + Cx * D + Mx * A);
+  const MatrixXd My = R.transpose() * Mx * R;
   const MatrixXd all_Q_z = to_dense(assembly.force_state(), assembly.Q_z.data()),
                  all_f_z = to_dense(assembly.state_state(), assembly.f_z.data());
   const std::vector<int> states = states_that_act(all_Q_z, all_f_z);
@@ -165,21 +189,33 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                      "Modes: a motion that the constraints allow has no mass, so that its acceleration is "
                      "not determined.");
   const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
-  const MatrixXd stiffness = V.transpose() * Ky * V, damping = V.transpose() * Cy * V;
+  // What takes the multipliers out in front of the equations, with the masses 1 there, too.
+  MatrixXd L = (R * V).transpose();
+  if (!assembly.sliding_rows().empty() && f > 0) {
+    const MatrixXd left = null_columns(Jr, reactions).transpose();
+    const Eigen::FullPivLU<MatrixXd> masses(left * Mx * R * V);
+    if (left.rows() != f || !masses.isInvertible())
+      throw ModelError("",
+                       "Modes: friction of what slides takes up all of a motion's acceleration (Painleve's paradox), "
+                       "so that it is not determined.");
+    L = masses.solve(left);
+  }
+  const MatrixXd stiffness = L * (Kx * R + Cx * D + Mx * A) * V, damping = L * (Cx * R + 2 * Mx * D) * V;
   double w = std::max(std::sqrt(stiffness.norm()), damping.norm());
   if (!(w > 0)) w = 1;
   LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}, states};
   motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
-  if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
+  if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, L * T.transpose() * Q_z / w;
   if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
   // What these entries are sums of.
   const MatrixXd most = (T * R * V).cwiseAbs(), most_d = (T * D * V).cwiseAbs() + (T1 * R * V).cwiseAbs(),
-                 most_a = (T * A * V).cwiseAbs() + 2 * (T1 * D * V).cwiseAbs() + (T2 * R * V).cwiseAbs();
+                 most_a = (T * A * V).cwiseAbs() + 2 * (T1 * D * V).cwiseAbs() + (T2 * R * V).cwiseAbs(),
+                 most_left = (L * T.transpose()).cwiseAbs();
   motion.terms = motion.A.cwiseAbs();
   if (f > 0)
-    motion.terms.middleRows(f, f) << most.transpose() *
-                                         (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) / w,
-        most.transpose() * (C.cwiseAbs() * most + 2 * M.cwiseAbs() * most_d), most.transpose() * Q_z.cwiseAbs() / w;
+    motion.terms.middleRows(f, f) << most_left * (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) /
+                                         w,
+        most_left * (C.cwiseAbs() * most + 2 * M.cwiseAbs() * most_d), most_left * Q_z.cwiseAbs() / w;
   if (nz > 0)
     motion.terms.bottomRows(nz) << f_q.cwiseAbs() * most + f_v.cwiseAbs() * most_d, f_v.cwiseAbs() * most * w,
         f_z.cwiseAbs();
@@ -206,8 +242,9 @@ struct Coefficients {
 Coefficients coefficients_at(Assembly& assembly, double t, Modes at) {
   const Point p = solve_point(assembly, t, at, nullptr);
   const MatrixXd N = p.rows.null_space(), P = N * N.transpose(), D = -p.rows.solve(p.J1 * P),
-                 A = -p.rows.solve(p.J2 * P + 2 * p.J1 * D);
-  return {P * p.Mx * P, P * (p.Cx * P + 2 * p.Mx * D), P * (p.Kx * P + p.Cx * D + p.Mx * A)};
+                 A = -p.rows.solve(p.J2 * P + 2 * p.J1 * D), N_r = p.reactions.null_space(),
+                 L = assembly.sliding_rows().empty() ? P : MatrixXd(N_r * N_r.transpose());
+  return {L * p.Mx * P, L * (p.Cx * P + 2 * p.Mx * D), L * (p.Kx * P + p.Cx * D + p.Mx * A)};
 }
 
 /// The largest change of an entry, of the largest in its row and its column.

@@ -6,6 +6,8 @@
 //   J = Phi_q T,  J' = Phi_q T' + Phid_q T,  J'' = Phi_q T'' + 2 Phid_q T' + Phidd_q T
 //   x = R y,  x' = R y' + D y,  x'' = R y'' + 2 D y' + A y,  with R the null space, S = J^+, (5.9)
 //   M_y y'' + C_y y' + K_y y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz    (14.1)
+// Where rigid contacts slide, their friction follows the normal force (assembly/friction_rows.h): what takes the
+// multipliers out is not R^T then but R_r^T, with R_r the null space of Phi_r T.
 // About an equilibrium the eigenvalues are exact. They are about a steady motion, too, where the coefficients
 // do not change along it: bodies that move straight on, or spin about an axis of their symmetry. Else they
 // belong to the frozen instant. Redundant rows are allowed. Roots may be spread over many orders of magnitude; each is

@@ -4,11 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "costate/analysis/mechanism_size.h"
+#include "costate/element/constraint/euler_norm.h"
 
 namespace costate {
+
+namespace {
+
+/// Of bodies in space that the assembly has turned away from their first guess: a quarter of a turn and more; where the
+/// scene has an orientation, a sixth of a right angle.
+void add_turned_bodies(const Assembly& assembly, const Start& start, std::vector<std::string>& remarks) {
+  constexpr double kFarTurn = 1.57, kOtherThanWritten = 0.26;
+  const Mechanism& m = assembly.mechanism();
+  std::vector<std::pair<double, std::string>> turned;
+  for (const auto& c : m.constraints()) {
+    if (!dynamic_cast<const EulerNormConstraint*>(c.get())) continue;
+    double along = 0, guess = 0, size = 0;
+    bool written = false;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const int i = c->coordinates()[k];
+      const double e =
+          assembly.numbers()[static_cast<std::size_t>(m.coordinates()[static_cast<std::size_t>(i)].position_number)];
+      along += e * start.q[i];
+      guess += e * e;
+      size += start.q[i] * start.q[i];
+      written = written || (k > 0 && e != 0);
+    }
+    const double angle = 2 * std::acos(std::min(1.0, std::abs(along) / std::sqrt(guess * size)));
+    if (angle > (written ? kOtherThanWritten : kFarTurn)) turned.emplace_back(-angle, c->name());
+  }
+  std::sort(turned.begin(), turned.end());
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, turned.size()); ++k)
+    remarks.push_back(fmt::format(
+        "The start has '{}' turned by {:.3g} degrees from its first guess: its joints ask for that, or the mechanism "
+        "is "
+        "assembled in another way than meant. Look at the axes of its joints (axis_second is in the second body's "
+        "frame), or bring the guess nearer.",
+        turned[k].second, -turned[k].first * 180 / std::numbers::pi));
+}
+
+}  // namespace
 
 std::vector<std::string> start_remarks(const Assembly& assembly, const Start& start) {
   constexpr double kFarMove = 0.5, kFarTurn = 1.57;
@@ -35,6 +73,7 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
         "[start].",
         c.name, start.q[i], c.unit, assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
   }
+  add_turned_bodies(assembly, start, remarks);
   // A rate that was written and is not the one that the motion starts with: rates that are given determine it.
   constexpr double kOtherRate = 1e-3;
   std::set<int> given;

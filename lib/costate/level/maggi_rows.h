@@ -3,14 +3,14 @@
 // which these rows are kept, in their order: 0 of a gap, of a row that sticks wherever it is the value that it has
 // since then. Nothing moves there, y' = yd = 0, but a place depends on the parameters as the state did in which the
 // contact came to stick. A contact that slides has a reaction that depends on another one, lambda_t = -s mu lambda_n:
-//   M a + Phi_r^T lambda = Q,  Phi_r = Phi_q,n - s mu Phi_q,t in the row of its gap,
-// in space Phi_q,n - mu sum_k sigma_k Phi_q,t_k, so that R^T in front of the equations of motion is that of
+//   M a + Phi_r^T lambda = Q      (assembly/friction_rows.h), so that R^T in front of the equations of motion is that of
 // [Phi_r; B_r]^-1 = [S_r R_r], and the multipliers are those of S_r (lib/README.md (5.14)).
 #pragma once
 
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/friction_rows.h"
 
 namespace costate {
 
@@ -33,14 +33,6 @@ MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched)
 /// Sets what is left out, at the Jacobian that the assembly has: gaps stay rather than what sticks.
 void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switched, MaggiRows& rows);
 void leave_out(const std::vector<int>& left_out, const std::vector<int>& switched, MaggiRows& rows);
-/// rows -= s mu of the rows `along` in which contacts slide, in those of their gaps; both on the pattern of Phi_q.
-void add_friction_rows(const Assembly& assembly, const std::vector<double>& along, std::vector<double>& rows);
-/// Phi_r of the assembly's last evaluation, on the pattern of Phi_q.
-void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r);
-/// lambda along the rows in which contacts slide, of those of their gaps.
-void add_friction_multipliers(const Assembly& assembly, double* lambda);
-/// Of weights of multipliers those of friction go over to the normal forces: the transpose of that.
-void pull_friction_multipliers(const Assembly& assembly, double* weights);
 /// Freedoms with all rows that come and go open. Throws CapabilityError where others depend on each other.
 int open_freedoms(Assembly& assembly);
 

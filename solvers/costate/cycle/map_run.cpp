@@ -95,12 +95,22 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
     end.emplace(searched, system);
     end->begin(session.y());
     session.watch(end->sink(watch.sink()));
-    end->advance(session, t1);
+    try {
+      end->advance(session, t1);
+    } catch (const NoEndError&) {
+      if (section.settings().event.empty()) throw;
+      throw NoEndError(
+          fmt::format("The cycle does not return: '{}', its section, does not come again between t = {:.6g} s and "
+                      "t_end_s = {:g} s. "
+                      "Take a later t_end_s where a cycle may last longer, or a guess, or parameters, from which the "
+                      "motion returns.",
+                      section.settings().event, after, t1));
+    }
     r.t = end->time();
   } else {
     session.advance(t1);
   }
-  watch.finish(r.t, session.y());
+  watch.finish(r.t, session.y(), end.has_value());
   const double* y = session.y();
   const MechanismState s = solved_state(system, r.t, y);
   Assembly& assembly = system.assembly();
@@ -114,6 +124,10 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
   for (Eigen::Index i = 0; i < d; ++i) r.values[i] = read[static_cast<std::size_t>(i)]->value(s, assembly);
   Eigen::VectorXd kappa = Eigen::VectorXd::Zero(d + 2);
   if (end && differentiate) {
+    const bool of_reactions =
+        section.end()->output->needs_accelerations() ||
+        std::any_of(chosen.psi.begin(), chosen.psi.end(), [](const auto& term) { return term->needs_accelerations(); });
+    const Eigen::VectorXd rates = of_reactions ? reaction_rates(problem, s, assembly) : Eigen::VectorXd();
     assembly.calc_dynamics(s);
     const std::vector<double> no_change(assembly.numbers().size(), 0.0);
     const std::vector<double> zdot = assembly.zdot;
@@ -121,6 +135,10 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
     motion.t = 1;
     motion.q = s.v;
     motion.v = s.a;
+    if (of_reactions) {
+      motion.a = rates.data();
+      motion.lambda = rates.data() + assembly.n();
+    }
     motion.z = zdot.data();
     motion.numbers = no_change.data();
     const double rate = section.end()->output->change(s, assembly, motion);

@@ -44,9 +44,9 @@ double events_until(const Problem& problem, const RunEnd& end) {
                      (end.t - problem.solver.t_start);
 }
 
-/// a' and lambda' where the end, or the cost there, depends on accelerations or multipliers; else none.
+}  // namespace
+
 Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assembly& assembly) {
-  if (!problem.ends_when->output->needs_accelerations() && !problem.objective.terminal_needs_accelerations()) return {};
   // A penalty's reactions are those of its own weight. Rows that depend on each other leave the sum of their
   // multipliers' rates, which a weight shares among them.
   const Formulation& f = find_formulation(problem.formulation);
@@ -60,6 +60,8 @@ Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assem
   level.linearize();
   return acceleration_rates(assembly, level);
 }
+
+namespace {
 
 template <class Run, class SystemType>
 RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
@@ -77,8 +79,10 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   end.kinks = driver_kinks(*problem.mechanism, system.assembly().numbers());
   if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
+  const bool of_reactions =
+      problem.ends_when->output->needs_accelerations() || problem.objective.terminal_needs_accelerations();
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly(),
-                                   reaction_rates(problem, s, system.assembly()));
+                                   of_reactions ? reaction_rates(problem, s, system.assembly()) : Eigen::VectorXd());
   judge_end(problem, system.assembly(), watch.time(), rates.h_rate, watch.steepness(rates.h_rate));
   end.kappa = rates.kappa;
   return end;

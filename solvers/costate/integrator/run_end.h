@@ -88,6 +88,9 @@ void tell_hardly_crossed(const Problem& problem, const Assembly& assembly, doubl
 /// Of a run that has come to its last time: throws NoEndError.
 [[noreturn]] void fail_without_end(const Problem& problem, const EndSearch& search, const Assembly& assembly);
 
+/// (a', lambda') at a state of a run of this problem that an event ends, by the weights of its formulation.
+Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assembly& assembly);
+
 /// Throws CapabilityError where the problem has ends_when ("Hessian products are").
 void refuse_free_end(const Problem& problem, const std::string& what);
 

@@ -147,10 +147,11 @@ void RunWatch::conclude(Simulation& result) const {
   require_finite(result);
 }
 
-void RunWatch::finish(double t, const double* y) {
+void RunWatch::finish(double t, const double* y, bool at_event) {
   look(&MotionWatch::finish, t, y);
   // Where an event is the end it is known on which side of it the run ends.
-  if (!grazing_.empty() && !problem_.ends_when && !problem_.cycle && std::isinf(problem_.solver.events_until))
+  if (!at_event && !grazing_.empty() && !problem_.ends_when && !problem_.cycle &&
+      std::isinf(problem_.solver.events_until))
     tell_of_impact_behind(problem_, system_.assembly(), system_.kinematic_state(t, y), grazing_);
 }
 

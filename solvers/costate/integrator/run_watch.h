@@ -27,7 +27,8 @@ class RunWatch {
   void sample(double t, const double* y) {
     if (stabilization_) stabilization_->look(t, y);
   }
-  void finish(double t, const double* y);
+  /// at_event: an event ends the run, and tells on which side of it.
+  void finish(double t, const double* y, bool at_event = false);
   /// Tells what was noticed, by which the result's known error grows, and refuses a psi or a gradient that is no
   /// number.
   void conclude(Simulation& result) const;

@@ -32,6 +32,9 @@ constexpr double kPartOfClaim = 1.0 / 3;
 // Nothing is told of what is off by less than kKnown. At tighter tolerances a looser run, which takes less than half
 // the steps, tells first whether there is reason to ask: what it is off by is mostly some 40 times the run's own error.
 constexpr double kLooserMotion = 100, kOfLooser = 0.1, kKnown = 1e-4;
+// Errors of methods of many steps are some 20 to 400 tolerances. Where psi changes by less than this of the looser one,
+// the two are near each other by chance as a rule (one that was off by 1,200 rtol was told as 5 of them).
+constexpr double kHardlyByChance = 1;
 constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
@@ -144,6 +147,22 @@ Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeV
   return motion.most > claim ? motion : output.most > claim ? output : acceleration;
 }
 
+/// Where psi is so near that of the looser run that it tells nothing of its error, a tighter run's does.
+void look_beyond_chance(const Problem& problem, const std::vector<double>& rho, const TradeValues& values,
+                        double of_loose, Simulation& result) {
+  const double change = std::abs(values.psi - of_loose);
+  if (find_integrator(integrator_of(problem)).discrete || problem.solver.rtol < kTightestConfirmed || change == 0 ||
+      !(change < kHardlyByChance * kLooserMotion * problem.solver.rtol * std::abs(values.psi)))
+    return;
+  Problem tighter = at_tolerance(problem, kTighterMotion, values);
+  tighter.solver.confirm = false;
+  try {
+    widen_error(result, values.psi - simulate(tighter, rho).psi);
+  } catch (const SolverError&) {
+    // Nothing more is known.
+  }
+}
+
 /// What a looser run is off by; null where it fails. psi's error is about a tenth of what that one's is, as for
 /// gradients.
 std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
@@ -152,7 +171,10 @@ std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& prob
     const Unsaid another;
     const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion, values), "");
     const Change change = motion_change(probe, loose, values, reason_of(problem));
-    if (result && change.most <= reason_of(problem)) widen_error(*result, kOfLooser * (values.psi - loose.psi));
+    if (result && change.most <= reason_of(problem)) {
+      widen_error(*result, kOfLooser * (values.psi - loose.psi));
+      look_beyond_chance(problem, probe.rho(), values, loose.psi, *result);
+    }
     return change;
   } catch (const SolverError&) {
     return std::nullopt;

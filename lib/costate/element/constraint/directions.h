@@ -4,9 +4,11 @@
 //   parallel       b_i . a_j = 0, c_i . a_j = 0               hinge, cylindrical joint
 //   aligned        these and n_i . (a_j x n_j) = 0            translational joint: no turn about the axis
 // a_i, a_j are the axes, (b_i, c_i) the pair perpendicular to a_i (body_direction.h), n_i, n_j directions across
-// the axes. Numbers: a_i, a_j (3 each, of any length), aligned: then n_i, n_j. The rows have no unit, the
-// multipliers are torques [N m] over the lengths of the vectors.
+// the axes. Numbers: a_i, a_j (3 each, of any length), aligned: then n_i, n_j. All are taken with length 1, so that the
+// multipliers are torques [N m], about u x w.
 #pragma once
+
+#include <algorithm>
 
 #include "costate/element/element.h"
 #include "costate/element/point/body_direction.h"
@@ -48,15 +50,23 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
   /// The components s_i and s_j of each row.
   template <class S>
   void components(const S* p, S (*s)[3], S (*t)[3]) const {
-    for (int k = 0; k < rows(); ++k)
-      for (int c = 0; c < 3; ++c) {
-        s[k][c] = p[c];
-        t[k][c] = p[3 + c];
-      }
-    if (condition_ != Condition::perpendicular) perpendicular_pair(p, across_, s[0], s[1]);
+    if (condition_ == Condition::perpendicular)
+      unit(p, s[0]);
+    else
+      perpendicular_units(p, across_, s[0], s[1]);
+    unit(p + 3, t[0]);
+    if (condition_ != Condition::perpendicular) std::copy_n(t[0], 3, t[1]);
     if (condition_ != Condition::aligned) return;
-    for (int c = 0; c < 3; ++c) s[2][c] = p[6 + c];
-    cross3(p + 3, p + 9, t[2]);
+    unit(p + 6, s[2]);
+    S turned[3];
+    cross3(p + 3, p + 9, turned);
+    unit(turned, t[2]);
+  }
+  template <class S>
+  static void unit(const S* a, S* u) {
+    using std::sqrt;
+    const S factor = S(1.0) / sqrt(dot3(a, a));
+    for (int c = 0; c < 3; ++c) u[c] = a[c] * factor;
   }
   struct Pairs;
 

@@ -5,7 +5,7 @@ namespace costate {
 namespace {
 struct Pair {
   Vector3 b[2];
-  Pair(const double* axis, int k) { perpendicular_pair(axis, k, b[0].data(), b[1].data()); }
+  Pair(const double* axis, int k) { perpendicular_units(axis, k, b[0].data(), b[1].data()); }
 };
 }  // namespace
 

@@ -1,5 +1,6 @@
 // The second point stays on a line through the first, fixed to the first one's body: phi_k = b_k . d with
-// d = r_j - r_i and b_1, b_2 the pair perpendicular to the axis (body_direction.h), in m times their lengths.
+// d = r_j - r_i and b_1, b_2 the pair of length 1 perpendicular to the axis (body_direction.h), in m: multipliers are
+// forces along them.
 // Numbers: the axis in the first body's frame (3, of any length), then those of the points.
 #pragma once
 
@@ -19,7 +20,7 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
     S b[2][3];
-    perpendicular_pair(p, across_, b[0], b[1]);
+    perpendicular_units(p, across_, b[0], b[1]);
     for (int k = 0; k < 2; ++k) phi[k] = offset_.value(q, p + 3, b[k]);
   }
   /// Of the second point along the axis.

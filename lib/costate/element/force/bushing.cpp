@@ -47,7 +47,7 @@ void Bushing::calc_partials(const LocalState& s, ForcePartials out) const {
 double Bushing::potential_energy(const LocalState& s) const {
   const double still[SpatialVector::kMax] = {};
   Deformation<double> x;
-  deform(s.q, still, s.p + kNumbers, x);
+  deform(s.q, still, s.p + kNumbers, has_moment(s.p), x);
   double sum = 0;
   for (int k = 0; k < 6; ++k) sum += x.x[k] * (0.5 * s.p[k] * x.x[k] + s.p[12 + k]);
   return sum;
@@ -63,10 +63,17 @@ std::vector<Measure> Bushing::measures() const {
 
 PathDual Bushing::measure(int i, const MeasureArguments& m) const {
   Deformation<PathDual> x;
-  deform(m.q, m.v, m.p + kNumbers, x);
+  deform(m.q, m.v, m.p + kNumbers, has_moment(m.p), x);
   if (i < 6) return x.x[i];
-  const int k = i - 6;
-  return m.p[k] * x.x[k] + m.p[6 + k] * x.rate[k] + m.p[12 + k];
+  const auto load = [&](int k) { return m.p[k] * x.x[k] + m.p[6 + k] * x.rate[k] + m.p[12 + k]; };
+  if (i < 9) return load(i - 6);
+  PathDual M[3], W[3], across[3];
+  for (int k = 0; k < 3; ++k) M[k] = load(3 + k);
+  const PathDual along = PathDual(4.0) * x.g_s * dot3(x.rho, M);
+  for (int k = 0; k < 3; ++k) W[k] = PathDual(2.0) * x.g * M[k] + along * x.rho[k];
+  cross3(x.rho, W, across);
+  const int k = i - 9;
+  return PathDual(0.5) * (W[k] + across[k] + x.rho[k] * dot3(x.rho, W));
 }
 
 void Bushing::half_turn() const {

@@ -8,7 +8,10 @@
 //   theta = 2 g(s) rho,  s = rho.rho,  g(s) = atan(sqrt(s)) / sqrt(s):
 // smooth up to half a turn and exact for any angle about one axis. Only the axes enter, so that a body may
 // have Euler parameters or natural coordinates. Force and moment, each component of its own: F = k x + c x' +
-// F0, M = k theta + c theta' + M0; generalized forces by virtual work, Q = -x_q^T F - theta_q^T M.
+// F0, M = k theta + c theta' + M0; generalized forces by virtual work, Q = -x_q^T F - theta_q^T M. The moment between
+// the bodies is M itself about one axis alone: with rho' = (omega + omega x rho + rho (rho.omega)) / 2, omega of the
+// second frame against the first and in it, it is
+//   (W + rho x W + rho (rho.W)) / 2,  W = 2 g M + 4 g' (rho.M) rho      (M.theta' = W.rho').
 //
 // Numbers: stiffnesses (3 N/m, 3 N m/rad), dampings (3, 3), preloads (3 N, 3 N m), then those of the points.
 #pragma once
@@ -26,6 +29,7 @@ class Bushing final : public ForceOf<Bushing> {
  public:
   static constexpr int kNumbers = 18;
   static constexpr double kNearHalfTurn = 0.5;  // of n = 2 (1 + cos(angle)): from 139 degrees on
+  static constexpr double kAtHalfTurn = 4e-12;  // and where theta has no direction
   /// frame_from, frame_to: Euler parameters of the bushing's frame in each body's.
   Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers, const Vector4& frame_from,
           const Vector4& frame_to);
@@ -33,9 +37,11 @@ class Bushing final : public ForceOf<Bushing> {
   template <class S>
   void physics(const S& t, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
     Deformation<S> x;
-    deform(q, v, p + kNumbers, x);
-    watch_half_turn(value_of(t), value_of(x.n), {value_of(x.rho[0]), value_of(x.rho[1]), value_of(x.rho[2])},
-                    std::hypot(value_of(x.rate[3]), value_of(x.rate[4]), value_of(x.rate[5])));
+    const bool turns = has_moment(p);
+    deform(q, v, p + kNumbers, turns, x);
+    if (turns)
+      watch_half_turn(value_of(t), value_of(x.n), {value_of(x.rho[0]), value_of(x.rho[1]), value_of(x.rho[2])},
+                      std::hypot(value_of(x.rate[3]), value_of(x.rate[4]), value_of(x.rate[5])));
     S load[6];
     for (int k = 0; k < 6; ++k) load[k] = p[k] * x.x[k] + p[6 + k] * x.rate[k] + p[12 + k];
     apply(q, p + kNumbers, x, load, Q);
@@ -53,6 +59,15 @@ class Bushing final : public ForceOf<Bushing> {
     S d[3], a[3][3], b[3][3];  // line between the points, axes of both frames
     S rho[3], n, g, g_s;       // n = 1 + trace of R; g(s), g'(s)
   };
+
+  /// Whether the rotation has a stiffness, a damping or a preload: without them frames may turn round and round.
+  template <class P>
+  static bool has_moment(const P* p) {
+    for (const int first : {3, 9, 15})
+      for (int k = first; k < first + 3; ++k)
+        if (value_of(p[k]) != 0) return true;
+    return false;
+  }
 
   /// g and its derivative: by its series where s is small, else in closed form.
   template <class S>
@@ -73,8 +88,9 @@ class Bushing final : public ForceOf<Bushing> {
     g_s = (S(1.0) / (S(1.0) + s) - g) / (S(2.0) * s);
   }
 
+  /// held: the rotation has to have a direction.
   template <class S>
-  void deform(const S* q, const S* v, const S* p, Deformation<S>& x) const {
+  void deform(const S* q, const S* v, const S* p, bool held, Deformation<S>& x) const {
     const int i = kDirections, j = d_.from().size() + kDirections;
     S ad[3][3], bd[3][3], dv[3];
     d_.value(q, p, x.d);
@@ -96,7 +112,10 @@ class Bushing final : public ForceOf<Bushing> {
       x.n += dot3(x.a[k], x.b[k]);
       nd += dot3(ad[k], x.b[k]) + dot3(x.a[k], bd[k]);
     }
-    if (!(value_of(x.n) > 4e-12)) half_turn();
+    if (!(value_of(x.n) > kAtHalfTurn)) {
+      if (held) half_turn();
+      x.n = S(kAtHalfTurn);
+    }
     S rhod[3];
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;

@@ -92,6 +92,18 @@ void perpendicular_pair(const S* axis, int k, S* first, S* second) {
   cross3(axis, first, second);
 }
 
+/// The same of length 1, whatever the axis's.
+template <class S>
+void perpendicular_units(const S* axis, int k, S* first, S* second) {
+  using std::sqrt;
+  perpendicular_pair(axis, k, first, second);
+  const S of_first = S(1.0) / sqrt(dot3(first, first)), of_second = S(1.0) / sqrt(dot3(second, second));
+  for (int i = 0; i < 3; ++i) {
+    first[i] *= of_first;
+    second[i] *= of_second;
+  }
+}
+
 /// The part of `normal` across the axis, of length 1, and axis x that part, of length 1.
 template <class S>
 void across_axis(const S* axis, const S* normal, S* part, S* turned) {

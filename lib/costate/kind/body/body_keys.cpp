@@ -58,11 +58,13 @@ const KindKeys rigid_body_keys(
      {"omega_x_rad_per_s, omega_y_rad_per_s, omega_z_rad_per_s", "angular velocity at the start, in the body's frame"},
      {"omega_global_x_rad_per_s, omega_global_y_rad_per_s, omega_global_z_rad_per_s", "the same in the global frame"}});
 
-const KindKeys rotor_keys("rotor", {{"on", "name of the rigid body that carries it"},
-                                    {"axis", "[x, y, z]: its axis in the body's frame"},
-                                    {"inertia_kg_m2", "about its axis"},
-                                    {"angle_rad", "its angle at the start"},
-                                    {"spin_rad_per_s", "its rate against the body at the start"}});
+const KindKeys rotor_keys(
+    "rotor", {{"on", "name of the rigid body that carries it"},
+              {"axis", "[x, y, z]: its axis in the body's frame"},
+              {"inertia_kg_m2", "about its axis"},
+              {"angle_rad", "its angle at the start"},
+              {"spin_rad_per_s",
+               "its rate against the body at the start; the output NAME.spin counts the body's turning with it"}});
 
 }  // namespace
 

@@ -124,3 +124,15 @@ TEST_CASE("once wrong: the error of a psi that is near the looser run's by chanc
     CHECK(std::abs(j.at("psi").get<double>() - 0.30235467007) <= 2 * j.at("psi_error").get<double>());
   }
 }
+
+// The program ended by a signal.
+TEST_CASE("once wrong: an equilibrium of what the scene lets slide") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "equilibrium_slides.toml";
+  for (const char* command : {"equilibrium", "simulate", "modes"}) {
+    CAPTURE(command);
+    const Json j = costate_json({command, scene, "--no-files"}, here.path(), 1);
+    CHECK_THAT(j.at("error").get<std::string>(),
+               Contains("An equilibrium is at rest, where 'contact.c.along' does not slide: leave 'sliding' out"));
+  }
+}

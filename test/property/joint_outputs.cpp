@@ -52,10 +52,27 @@ TEST_CASE("joint outputs: the force of a rail is that across its axis, however l
                                    "given = [\"b.x\"]\n",
                                    written(a));
       const std::vector<double> f =
-          at_start(text, {"lambda.translational.rail.offset_1", "lambda.translational.rail.offset_2"});
+          at_start(text, {"lambda.translational.rail.offset_1", "lambda.translational.rail.offset_2", "rail.reaction_x",
+                          "rail.reaction_y", "rail.reaction_z"});
       const Vector3d g(0, 0, -9.81);
-      CHECK(std::hypot(f[0], f[1]) == Approx((g - g.dot(axis) / axis.squaredNorm() * axis).norm()).epsilon(1e-9));
+      const Vector3d across = g - g.dot(axis) / axis.squaredNorm() * axis;
+      CHECK(std::hypot(f[0], f[1]) == Approx(across.norm()).epsilon(1e-9));
+      CHECK((Vector3d(f[2], f[3], f[4]) - across).norm() < 1e-8);  // on the ground
     }
+}
+
+TEST_CASE("joint outputs: the force of a plane is along its normal") {
+  for (const char* joint : {"[in_plane.p]\npoints = [\"O\", \"B\"]\nnormal = [0, 3, 4]\n",
+                            "[planar.p]\npoints = [\"O\", \"B\"]\nnormal_first = [0, 3, 4]\n"}) {
+    CAPTURE(joint);
+    const bool turns = std::string(joint).find("in_plane") != std::string::npos;
+    const std::vector<double> f =
+        at_start(kGravity + body_at_origin("") + joint + "[start]\ngiven = [\"b.x\", \"b.y\", " +
+                     (turns ? "\"b.orientation\"]\n" : "\"b.e3\"]\n"),
+                 {"p.reaction_x", "p.reaction_y", "p.reaction_z"});
+    const Vector3d n(0, 0.6, 0.8), g(0, 0, -9.81);
+    CHECK((Vector3d(f[0], f[1], f[2]) - g.dot(n) * n).norm() < 1e-8);  // on the ground
+  }
 }
 
 // A body of 1 kg half a metre from a hinge along x, level: 4.905 N m about y.
@@ -67,17 +84,20 @@ TEST_CASE("joint outputs: the moment of a hinge is in N m, however long its axes
                                         "[hinge.h]\npoints = [\"O\", \"B\"]\naxis_first = [{}, 0, 0]\n"
                                         "axis_second = [{}, 0, 0]\n[start]\ngiven = [\"b.e1\"]\n",
                                         first, second);
-    const std::vector<double> m = at_start(text, {"lambda.hinge.h.tilt_1", "lambda.hinge.h.tilt_2"});
+    const std::vector<double> m =
+        at_start(text, {"lambda.hinge.h.tilt_1", "lambda.hinge.h.tilt_2", "h.moment_x", "h.moment_y", "h.moment_z"});
     CHECK(std::hypot(m[0], m[1]) == Approx(4.905).epsilon(1e-9));
+    CHECK((Vector3d(m[2], m[3], m[4]) - Vector3d(0, 4.905, 0)).norm() < 1e-8);  // r x m g, on the ground
   }
   for (const double length : {1.0, 5.0}) {
     CAPTURE(length);
     const std::string text =
         body + fmt::format("[fixed.f]\npoints = [\"O\", \"B\"]\naxis_first = [{0}, 0, 0]\naxis_second = [{0}, 0, 0]\n",
                            length);
-    const std::vector<double> m =
-        at_start(text, {"lambda.fixed.f.tilt_1", "lambda.fixed.f.tilt_2", "lambda.fixed.f.turn"});
+    const std::vector<double> m = at_start(text, {"lambda.fixed.f.tilt_1", "lambda.fixed.f.tilt_2",
+                                                  "lambda.fixed.f.turn", "f.moment_x", "f.moment_y", "f.moment_z"});
     CHECK(Vector3d(m[0], m[1], m[2]).norm() == Approx(4.905).epsilon(1e-9));
+    CHECK((Vector3d(m[3], m[4], m[5]) - Vector3d(0, 4.905, 0)).norm() < 1e-8);
   }
 }
 

@@ -233,6 +233,13 @@ Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<Hel
   Equilibrium e;
   Search search(assembly, t, held, guess);
   refuse_rolling(assembly, "An equilibrium");
+  if (!assembly.sliding_rows().empty())
+    throw ModelError(
+        "start",
+        fmt::format(
+            "An equilibrium is at rest, where '{}' does not slide: leave 'sliding' out of its contact, and give "
+            "its along_m (in space along_m and across_m), where it sticks, or friction = \"none\".",
+            assembly.mechanism().row_names()[static_cast<std::size_t>(assembly.sliding_rows().front().along)]));
   if (const std::vector<int> free = rows_without_place(assembly); !free.empty())
     throw ModelError("start", fmt::format("An equilibrium has to know where '{}' sticks: give its along_m (in space "
                                           "along_m and across_m).",

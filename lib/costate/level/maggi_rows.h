@@ -3,7 +3,8 @@
 // which these rows are kept, in their order: 0 of a gap, of a row that sticks wherever it is the value that it has
 // since then. Nothing moves there, y' = yd = 0, but a place depends on the parameters as the state did in which the
 // contact came to stick. A contact that slides has a reaction that depends on another one, lambda_t = -s mu lambda_n:
-//   M a + Phi_r^T lambda = Q      (assembly/friction_rows.h), so that R^T in front of the equations of motion is that of
+//   M a + Phi_r^T lambda = Q      (assembly/friction_rows.h), so that R^T in front of the equations of motion is that
+//   of
 // [Phi_r; B_r]^-1 = [S_r R_r], and the multipliers are those of S_r (lib/README.md (5.14)).
 #pragma once
 

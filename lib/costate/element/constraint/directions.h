@@ -38,6 +38,11 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
       phi[k] = dot3(u, w);
     }
   }
+  /// The joint's moment on the first body.
+  std::vector<Measure> measures() const override {
+    return {{"moment_x", "N m", true}, {"moment_y", "N m", true}, {"moment_z", "N m", true}};
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override;
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
   void calc_phi_t(const LocalState&, double*) const override {}

@@ -26,6 +26,17 @@ class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
     phi[0] = offset_.value(q, p + 3, n);
     if (moves_) phi[0] -= q[offset_.size()];
   }
+  /// Of a plane: the joint's force on the first body, which acts at the second point.
+  std::vector<Measure> measures() const override {
+    if (moves_) return {};
+    return {{"reaction_x", "N", true}, {"reaction_y", "N", true}, {"reaction_z", "N", true}};
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override {
+    PathDual n[3], u[3];
+    unit(x.p, n);
+    offset_.direction(x.q, n, u);
+    return x.lambda[0] * u[i];
+  }
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
   void calc_phi_t(const LocalState&, double*) const override {}

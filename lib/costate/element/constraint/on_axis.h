@@ -23,8 +23,10 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
     perpendicular_units(p, across_, b[0], b[1]);
     for (int k = 0; k < 2; ++k) phi[k] = offset_.value(q, p + 3, b[k]);
   }
-  /// Of the second point along the axis.
-  std::vector<Measure> measures() const override { return {{"travel", "m", false}}; }
+  /// Of the second point along the axis; and the joint's force on the first body, which acts at the second point.
+  std::vector<Measure> measures() const override {
+    return {{"travel", "m", false}, {"reaction_x", "N", true}, {"reaction_y", "N", true}, {"reaction_z", "N", true}};
+  }
   PathDual measure(int i, const MeasureArguments& x) const override;
 
   bool by_hand() const override { return true; }

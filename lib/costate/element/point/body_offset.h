@@ -25,6 +25,11 @@ class BodyOffset {
     u_.value(q + rotation, b, u);
     return dot3(u, d);
   }
+  /// u.
+  template <class S>
+  void direction(const S* q, const S* b, S* u) const {
+    u_.value(q + rotation, b, u);
+  }
   Row gradient(const double* q, const double* p, const Vector3& b) const {
     Vector3 d;
     d_.value(q, p, d.data());

@@ -8,6 +8,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
+#include "property/sliding_in_space.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -188,4 +189,24 @@ parameters = ["contact_pair.blow.radius_m", "contact_pair.blow.other_radius_m"]
     CHECK(std::abs(r.gradient[j] - exact.gradient[j]) <= r.gradient_error[j] + 1e-6 * std::abs(exact.gradient[j]));
   }
   take_notices();
+}
+
+// Towards the stop friction turns as fast as the slip is slow: Newton's iteration of the step that ends there did not
+// converge, and the run failed.
+TEST_CASE("needless refusals: a slip in space stops by Radau's schemes") {
+  Problem p = make_problem(Scene::parse(costate::test::pulled_block({{"RTOL", "1e-9"}}), "slip.toml"));
+  p.solver.confirm = false;
+  p.formulation = "index1";
+  p.solver.integrator = "cvodes";
+  const double psi = psi_of(p);
+  p.formulation = "index2";
+  for (const auto& [scheme, rtol] : {std::pair{"radau9", 1e-9}, {"radau9", 1e-7}, {"radau5", 1e-5}, {"radau5", 1e-9}}) {
+    CAPTURE(scheme, rtol);
+    p.solver.integrator = scheme;
+    p.solver.set_rtol(rtol);
+    const Simulation run = simulate(p, p.parameters.values());
+    CHECK(run.events.size() == 2);  // it slips, and it stops
+    CHECK(std::abs(run.psi - psi) <= 2e3 * rtol * std::abs(psi));
+    take_notices();
+  }
 }

@@ -273,6 +273,24 @@ class Runs(unittest.TestCase):
             time.sleep(0.001)
         self.assertGreater(len(ticks), 5)
 
+    def test_arguments_that_are_no_vectors(self):
+        problem = costate.Problem(costate.load(PENDULUM))
+        for times, told in (([[0, 0.1]], "one dimension, found an array of shape (1, 2)"), ({"t": 1}, "times must be numbers"),
+                            ("now", "times must be numbers"), (0.1, "one dimension")):
+            with self.assertRaisesRegex(TypeError, told.replace("(", r"\(").replace(")", r"\)")):
+                problem.simulate(times=times)
+        with self.assertRaisesRegex(TypeError, "rho must be numbers"):
+            problem.gradient(["a"] * len(problem.parameters))
+        with self.assertRaisesRegex(KeyError, "'none' is no parameter of the problem: these are "):
+            problem.gradient({"none": 1})
+        # By name, the others as the scene has them; one output by its name alone.
+        name, values = problem.parameters[0], np.array(problem.values)
+        values[0] *= 1.1
+        self.assertEqual(problem.gradient({name: values[0]}).psi, problem.gradient(values).psi)
+        run = problem.simulate(times=[0, 0.1])
+        output = run.names[1]
+        np.testing.assert_array_equal(problem.simulate(times=[0, 0.1], outputs=output)[output], run[output])
+
     def test_other_processes(self):
         problem = pickle.loads(pickle.dumps(costate.Problem(costate.load(PENDULUM).set({"bar.rod.mass_kg": 3}))))
         self.assertEqual(problem.scene["bar.rod.mass_kg"], 3)

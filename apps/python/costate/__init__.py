@@ -207,17 +207,19 @@ class Problem:
         return self._inner.t_end
 
     def simulate(self, rho=None, times=None, outputs=None, confirm=True):
-        """A run at the parameters rho (the scene's): outputs (all) at increasing times (the scene's, or 500).
+        """A run at the parameters rho (the scene's; a dict changes some): outputs (all) at increasing times (the scene's,
+        or 500).
 
         Other runs, at other tolerances, confirm the motion, with a warning where it is not known as its tolerance claims;
         without `confirm` there is one run."""
-        run = Run(self._inner.simulate(rho, times, outputs, confirm))
+        outputs = [outputs] if isinstance(outputs, str) else outputs
+        run = Run(self._inner.simulate(self._rho(rho), _vector("times", times), outputs, confirm))
         _warn(run.warnings)
         return run
 
     def gradient(self, rho=None, method=None, estimate_error=False):
         """psi and its gradient at rho, by the problem's method or another one."""
-        g = Gradient(self._inner.gradient(rho, method or "", estimate_error))
+        g = Gradient(self._inner.gradient(self._rho(rho), method or "", estimate_error))
         _warn(g.warnings)
         return g
 
@@ -231,14 +233,14 @@ class Problem:
         import numpy
         direction = numpy.asarray(direction, dtype=float)
         columns = direction.reshape(len(direction), -1)
-        return self._inner.hessian_product(columns, rho).reshape(direction.shape)
+        return self._inner.hessian_product(columns, self._rho(rho)).reshape(direction.shape)
 
     def hessian(self, rho=None):
         """The Hessian of psi (p x p), exactly; where that is not offered by differences of gradients, with a warning
         that says so, why, and how far they are known. An exact one is taken at a tenth of rtol and held against a
         product at rtol itself, as in certificates: a warning says where it is known to no more than 1e-3 of its
         largest entry."""
-        h = self._inner.hessian(rho)
+        h = self._inner.hessian(self._rho(rho))
         _warn(h["warnings"])
         return h["matrix"]
 
@@ -254,10 +256,32 @@ class Problem:
 
     def scene_at(self, rho):
         """The scene with the parameters rho written to its numbers."""
-        return Scene(self._inner.scene_at(list(rho)))
+        return Scene(self._inner.scene_at(self._rho(rho)))
+
+    def _rho(self, rho):
+        if not isinstance(rho, dict):
+            return _vector("rho", rho)
+        unknown = [name for name in rho if name not in self.parameters]
+        if unknown:
+            raise KeyError(f"{unknown[0]!r} is no parameter of the problem: these are {', '.join(self.parameters)}.")
+        return _vector("rho", [rho.get(name, value) for name, value in zip(self.parameters, self.values)])
 
     def __repr__(self):
         return f"<costate.Problem {self._scene.title or self._scene.file_name!r} in {', '.join(self.parameters)}>"
+
+
+def _vector(name, x):
+    """Numbers in a list; None stays."""
+    import numpy
+    if x is None:
+        return None
+    try:
+        numbers = numpy.asarray(x, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be numbers in a list or an array of one dimension, found {x!r:.100}.") from None
+    if numbers.ndim != 1:
+        raise TypeError(f"{name} must have one dimension, found an array of shape {numbers.shape}.")
+    return numbers.tolist()
 
 
 def _remade(scene, choices):

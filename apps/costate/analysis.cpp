@@ -10,6 +10,8 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/event/motion_events.h"
+#include "costate/level/penalty_weight.h"
+#include "costate/level/velocity_jump.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "digits.h"
@@ -26,9 +28,11 @@ std::string entry_name(const Mechanism& m, const PointKink& kink) {
                      c[static_cast<std::size_t>(kink.row)].name, c[static_cast<std::size_t>(kink.column)].name);
 }
 
-void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+void tell_of_contacts(const Assembly& at, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda) {
-  if (!MotionEvents::has_any(assembly.mechanism())) return;
+  if (!MotionEvents::has_any(at.mechanism())) return;
+  Assembly assembly(at.mechanism_ptr(), at.parameters());
+  assembly.set_parameters(at.rho().data());
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(q.size());
   StateView s;
   s.t = t;
@@ -37,11 +41,19 @@ void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, co
   s.z = z.data();
   s.lambda = lambda.data();
   try {
+    // What rests at a gap of zero moves as its accelerations say; rows may depend on each other.
+    AccelerationLevel level(assembly,
+                            {.inverse_alpha = 1 / default_penalty_weight(at.mechanism_ptr()), .augmented = true});
+    VelocityJump jump(assembly, level);
+    MotionEvents events(assembly);
+    events.use(jump.balance());
     assembly.calc_dynamics(s);
-    MotionEvents(assembly).begin(s);
+    events.begin(s);
   } catch (const ModelError& e) {
     notice(fmt::format("This is no rest of a mechanism with its contacts: a run that begins here is refused. {}",
                        e.bare_message()));
+  } catch (const SolverError&) {
+    // Nothing is told of what has no accelerations: a run says so.
   }
 }
 

@@ -33,7 +33,7 @@ auto located_in(const Scene& scene, F&& f) {
 
 /// Gives notice where contacts cannot be as a position at rest has them, whose balance knows equations alone: inside
 /// the ground, held by it, or beyond what friction bears. lambda has m entries.
-void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+void tell_of_contacts(const Assembly& at, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda);
 
 /// "the stiffness of P.x by P.y", "the damping of ...".

@@ -136,3 +136,16 @@ TEST_CASE("once wrong: an equilibrium of what the scene lets slide") {
                Contains("An equilibrium is at rest, where 'contact.c.along' does not slide: leave 'sliding' out"));
   }
 }
+
+// What rests at a gap of zero ended the program by a signal: nothing was there to tell where it goes.
+TEST_CASE("once wrong: modes and equilibria of what rests on a contact or a latch") {
+  const WorkingDirectory here;
+  for (const char* name : {"latch_at_its_angle", "standing_block", "touching_pair"}) {
+    CAPTURE(name);
+    const Json j = costate_json({"modes", kScenes + name + ".toml", "--no-files"}, here.path());
+    CHECK(j.at("status") == "ok");
+  }
+  const Json walker =
+      costate_json({"equilibrium", COSTATE_MODELS_DIR "/walker/point_feet.toml", "--no-files"}, here.path());
+  CHECK(walker.at("status") == "ok");
+}

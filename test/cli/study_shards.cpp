@@ -60,8 +60,9 @@ TEST_CASE("study: shards run each run once, and merge to the table of the whole"
 TEST_CASE("study: a shard that was killed goes on where it stopped, and is not run twice at once") {
   const WorkingDirectory here;
   write_text(here / "s.toml", study("t_end = 0.1"));
-  // Runs that take some seconds each.
-  write_text(here / "long.toml", study("t_end = 2000.0"));
+  // Runs that take many seconds each, on a machine without load, too: with 2000 s they were over before they were asked
+  // for.
+  write_text(here / "long.toml", study("t_end = 50000.0"));
   {
     Process p(COSTATE_EXECUTABLE, {"study", "long.toml", "--output", "out", "--shard", "1/2", "--jobs", "1"},
               here.path());

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -105,9 +106,11 @@ void tell_left_out(const TirFile& file, const std::string& path) {
     const auto meant = std::find_if(known.begin(), known.end(), [&](const std::string& other) {
       return !file.has(other) && one_letter_apart(name, other);
     });
+    const bool readable =
+        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
     if (families.count(family_of(name)) || left.count(name))
       left_out.push_back(name);
-    else if (meant != known.end())
+    else if (meant != known.end() && readable)
       notice(
           fmt::format("{}: there is no coefficient {}, and {}, which is one letter from it, is not given: the "
                       "number is left out.",

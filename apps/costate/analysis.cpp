@@ -42,8 +42,7 @@ void tell_of_contacts(const Assembly& at, double t, const Eigen::VectorXd& q, co
   s.lambda = lambda.data();
   try {
     // What rests at a gap of zero moves as its accelerations say; rows may depend on each other.
-    AccelerationLevel level(assembly,
-                            {.inverse_alpha = 1 / default_penalty_weight(at.mechanism_ptr()), .augmented = true});
+    AccelerationLevel level(assembly, augmented_stabilization(at.mechanism_ptr()));
     VelocityJump jump(assembly, level);
     MotionEvents events(assembly);
     events.use(jump.balance());

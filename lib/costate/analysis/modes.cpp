@@ -32,7 +32,7 @@ constexpr double kAlongMotion = 1e-4, kInTime = 0.1;
 // A row of this part of the largest entries is their rounding.
 constexpr double kNoEntry = 1e-7;
 
-/// Phi_r, by which reactions act: Phi_q where nothing slides.
+/// Phi_r, by which reactions act.
 MatrixXd reaction_rows(const Assembly& assembly) {
   std::vector<double> rows;
   calc_reaction_rows(assembly, rows);
@@ -88,8 +88,8 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
 /// At a point with its accelerations and multipliers, which are put into `r`: what stands on the right of (14.1) before
 /// the constraints are taken out, in directions x, and the constraints' own terms.
 struct Point {
-  MatrixXd T, T1, T2, M, C, K, Mx, Cx, Kx, J, Jr, J1, J2;
-  RowSpace rows, reactions;  // of J, and of Jr = Phi_r T
+  MatrixXd T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2;
+  RowSpace rows, reactions;  // of J, and of Phi_r T: the same where nothing slides
 };
 
 /// X T, where rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
@@ -106,7 +106,9 @@ Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirect
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
   p.rows.compute(to_dense(assembly.jacobian(), assembly.phi_q.data()));
-  p.reactions.compute(reaction_rows(assembly));
+  const bool slides = !assembly.sliding_rows().empty();
+  p.reactions = p.rows;
+  if (slides) p.reactions.compute(reaction_rows(assembly));
   calc_accelerations(assembly, p.rows, p.reactions, r);
   s.a = r.a.data();
   s.lambda = r.lambda.data();
@@ -129,8 +131,8 @@ Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirect
                  phidd_q = constraint(assembly.phidd_q);
   p.J = in_directions(phi_q, p.T);
   p.rows.compute(p.J);
-  p.Jr = in_directions(reaction_rows(assembly), p.T);
-  p.reactions.compute(p.Jr);
+  p.reactions = p.rows;
+  if (slides) p.reactions.compute(in_directions(reaction_rows(assembly), p.T));
   p.J1 = phi_q * p.T1 + phid_q * p.T;
   p.J2 = phi_q * p.T2 + 2 * phid_q * p.T1 + phidd_q * p.T;
   return p;
@@ -168,7 +170,7 @@ MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const Point p = solve_point(assembly, t, r, &r.directions);
-  const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, Jr, J1, J2, rows, reactions] = p;
+  const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2, rows, reactions] = p;
   const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
   r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
   const MatrixXd R = null_columns(J, rows);
@@ -192,7 +194,7 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   // What takes the multipliers out in front of the equations, with the masses 1 there, too.
   MatrixXd L = (R * V).transpose();
   if (!assembly.sliding_rows().empty() && f > 0) {
-    const MatrixXd left = null_columns(Jr, reactions).transpose();
+    const MatrixXd left = null_columns(reactions.matrix(), reactions).transpose();
     const Eigen::FullPivLU<MatrixXd> masses(left * Mx * R * V);
     if (left.rows() != f || !masses.isInvertible())
       throw ModelError("",
@@ -242,8 +244,7 @@ struct Coefficients {
 Coefficients coefficients_at(Assembly& assembly, double t, Modes at) {
   const Point p = solve_point(assembly, t, at, nullptr);
   const MatrixXd N = p.rows.null_space(), P = N * N.transpose(), D = -p.rows.solve(p.J1 * P),
-                 A = -p.rows.solve(p.J2 * P + 2 * p.J1 * D), N_r = p.reactions.null_space(),
-                 L = assembly.sliding_rows().empty() ? P : MatrixXd(N_r * N_r.transpose());
+                 A = -p.rows.solve(p.J2 * P + 2 * p.J1 * D), N_r = p.reactions.null_space(), L = N_r * N_r.transpose();
   return {L * p.Mx * P, L * (p.Cx * P + 2 * p.Mx * D), L * (p.Kx * P + p.Cx * D + p.Mx * A)};
 }
 

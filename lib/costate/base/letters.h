@@ -1,7 +1,9 @@
-// Blanks around texts, and their letters in capitals: ASCII alone, whatever the locale.
+// Blanks around texts, their letters in capitals, and how many make one of another: ASCII alone, whatever the locale.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace costate {
 
@@ -17,5 +19,8 @@ inline std::string in_capitals(std::string text) {
     if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
   return text;
 }
+
+/// How many letters are to be added, taken away or replaced.
+std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace costate

@@ -80,8 +80,6 @@ std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa) {
   return std::make_shared<EndTerm>(end, kappa);
 }
 
-namespace {
-/// Along the motion: (1, v, a, z', a', lambda') of (t, q, v, z, a, lambda), the last two from `rates` or without.
 Variation along_motion(const StateView& s, Assembly& assembly, const std::vector<double>& no_change,
                        const Eigen::VectorXd& rates) {
   assembly.calc_dynamics(s);
@@ -97,7 +95,6 @@ Variation along_motion(const StateView& s, Assembly& assembly, const std::vector
   motion.numbers = no_change.data();
   return motion;
 }
-}  // namespace
 
 double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly, const Eigen::VectorXd& rates) {
   const std::vector<double> no_change(assembly.numbers().size(), 0.0);

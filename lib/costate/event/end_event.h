@@ -35,6 +35,11 @@ struct EndEvent {
 /// The term kappa h. Its value is psi's change, to first order, by what h is away from zero at the fixed time.
 std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa);
 
+/// Along the motion: (1, v, a, z', a', lambda') of (t, q, v, z, a, lambda), the last two from `rates` or without.
+/// no_change: zeros, one a number; it, s, `rates` and the assembly's zdot are pointed to.
+Variation along_motion(const StateView& s, Assembly& assembly, const std::vector<double>& no_change,
+                       const Eigen::VectorXd& rates);
+
 /// h' and kappa at the end; s has its accelerations and multipliers, `rates` are a' (n) and lambda' (m), or none where
 /// nothing depends on those. Throws CapabilityError where an output or a term of the cost offers no time derivative.
 struct EndRates {

@@ -39,7 +39,7 @@ void require_one_impact(const Contacts& contacts, const Contact* own, const Stat
 }  // namespace
 
 double MotionEvents::acceleration_by_forces(const StateView& s) {
-  impact_ ? impact_->balance().prepare(s) : assembly_.calc_dynamics(s);
+  impact_->balance().prepare(s);
   assembly_.calc_force_amounts(s, amounts_);
   double largest = 0;
   for (int j = 0; j < assembly_.n(); ++j) {
@@ -52,7 +52,7 @@ double MotionEvents::acceleration_by_forces(const StateView& s) {
 
 bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const StateView& s) {
   if (slides_in_space(c) || slides_in_space(own)) return false;
-  impact_ ? impact_->balance().prepare(s) : assembly_.calc_dynamics(s);
+  impact_->balance().prepare(s);
   const SparsePattern& J = assembly_.jacobian();
   const Eigen::MatrixXd rows = to_dense(J, assembly_.reaction_jacobian().data()).transpose();
   std::vector<int> others;

@@ -125,6 +125,10 @@ Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mech
   return {o.number("penalty_xi"), o.number("penalty_omega_rad_per_s"), 1 / penalty_weight(mechanism, o)};
 }
 
+Stabilization augmented_stabilization(const std::shared_ptr<const Mechanism>& mechanism) {
+  return {.inverse_alpha = 1 / default_penalty_weight(mechanism), .augmented = true};
+}
+
 FormulationOptions firmer_penalty(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
   FormulationOptions firmer = o;
   firmer.set("penalty_alpha", 10 * penalty_weight(mechanism, o));

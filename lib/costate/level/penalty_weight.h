@@ -22,6 +22,9 @@ double penalty_weight(const std::shared_ptr<const Mechanism>& mechanism, const F
 /// xi, omega and 1/alpha of the options, alpha by default as above.
 Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o);
 
+/// With which constraints are exact and may depend on each other.
+Stabilization augmented_stabilization(const std::shared_ptr<const Mechanism>& mechanism);
+
 /// The same options with ten times the weight.
 FormulationOptions firmer_penalty(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o);
 /// Whether the weight is the user's.

@@ -128,19 +128,8 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
         section.end()->output->needs_accelerations() ||
         std::any_of(chosen.psi.begin(), chosen.psi.end(), [](const auto& term) { return term->needs_accelerations(); });
     const Eigen::VectorXd rates = of_reactions ? reaction_rates(problem, s, assembly) : Eigen::VectorXd();
-    assembly.calc_dynamics(s);
     const std::vector<double> no_change(assembly.numbers().size(), 0.0);
-    const std::vector<double> zdot = assembly.zdot;
-    Variation motion;
-    motion.t = 1;
-    motion.q = s.v;
-    motion.v = s.a;
-    if (of_reactions) {
-      motion.a = rates.data();
-      motion.lambda = rates.data() + assembly.n();
-    }
-    motion.z = zdot.data();
-    motion.numbers = no_change.data();
+    const Variation motion = along_motion(s, assembly, no_change, rates);
     const double rate = section.end()->output->change(s, assembly, motion);
     steepness = end->steepness(rate);
     if (!(steepness > kGrazed) || problem.solver.rtol / (steepness * steepness) > kNoDerivative)

@@ -19,6 +19,8 @@ constexpr std::size_t kMostJumpsAtOnce = 1000;
 // rate, and how often the length is corrected by that.
 constexpr double kAside = 1e-3;
 constexpr int kCorrections = 8;
+// Of the way to an event whose step has no solution.
+constexpr double kTowards = 0.25;
 }  // namespace
 
 template <class Kind>
@@ -35,9 +37,16 @@ bool RungeKuttaRun<Kind>::end_step_at_event(double t) {
     std::copy(step_->start(), step_->start() + step_->size(), end_.begin());
     return false;
   }
-  end_time_ = step_->t_end();
-  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+  stand_at_end();
   return true;
+}
+
+template <class Kind>
+std::optional<double> RungeKuttaRun<Kind>::step_towards(double event) {
+  const double part = kTowards * (event - begin_);
+  find_step(part, begin_ + part);
+  stand_at_end();
+  return event_within();
 }
 
 template <class Kind>
@@ -109,6 +118,8 @@ void RungeKuttaRun<Kind>::cross() {
 
 template bool RungeKuttaRun<ExplicitKind>::end_step_at_event(double);
 template bool RungeKuttaRun<RadauKind>::end_step_at_event(double);
+template std::optional<double> RungeKuttaRun<ExplicitKind>::step_towards(double);
+template std::optional<double> RungeKuttaRun<RadauKind>::step_towards(double);
 template void RungeKuttaRun<ExplicitKind>::end_step_at(double, double,
                                                        const std::function<double(double, const double*)>&, double);
 template void RungeKuttaRun<RadauKind>::end_step_at(double, double, const std::function<double(double, const double*)>&,

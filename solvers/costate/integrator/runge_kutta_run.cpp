@@ -287,23 +287,18 @@ void RungeKuttaRun<Kind>::take_step() {
   bend_behind_ = follows_bends() && bend_watch_->across(step_->t_end() - end_time_);
   ++steps_;
   begin_ = end_time_;
-  end_time_ = step_->t_end();
-  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+  stand_at_end();
   pending_step_ = true;
   if (system_.has_events()) {
-    auto event = system_.find_event(begin_, end_time_, [&](double at) { return within_step(begin_, at); });
+    auto event = event_within();
     if (event && *event >= options_.events_until) {
       system_.forget_event();
       event.reset();
     }
     for (int nearer = 0; event && !ended_; ++nearer) {
       ended_ = end_step_at_event(*event);
-      if (ended_) break;
-      if (nearer == kMostNearer) fail("does not get to an event", "EVENT");
-      find_step(kShortened * (*event - begin_), begin_ + kShortened * (*event - begin_));
-      end_time_ = step_->t_end();
-      std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
-      event = system_.find_event(begin_, end_time_, [&](double at) { return within_step(begin_, at); });
+      if (!ended_ && nearer == kMostNearer) fail("does not get to an event", "EVENT");
+      if (!ended_) event = step_towards(*event);
     }
   }
   if (follower_.step) {

@@ -4,6 +4,7 @@
 // output, or of a step of the implicit one that ends there; accelerations and multipliers at samples are solved for.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -58,7 +59,11 @@ class RungeKuttaRun {
   /// Before the first step: where a slip in space that has begun from rest is slow, steps are as short as its direction
   /// asks, which turns with 1/|w|: the derivative of the run is right, too. Of implicit ones; explicit ones do not get
   /// on from rest.
-  void resolve_slips() { resolves_slips_ = Kind::implicit && system_.may_slip_from_rest(); }
+  void resolve_slips() {
+    if (!Kind::implicit) return;
+    resolves_slips_ = system_.may_slip_from_rest();
+    system_.carry_slips_from_rest();
+  }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const Stages& stages)> step;
@@ -121,6 +126,17 @@ class RungeKuttaRun {
   /// The same with the pending event's. False where the step that ends there has no solution: the last step is then a
   /// shorter one, and no event pending.
   bool end_step_at_event(double t);
+  /// A part of the way instead, and the event that this step has, if any.
+  std::optional<double> step_towards(double event);
+  /// The first event within the last step.
+  std::optional<double> event_within() {
+    return system_.find_event(begin_, end_time_, [this](double at) { return within_step(begin_, at); });
+  }
+  /// Where the step just found ends.
+  void stand_at_end() {
+    end_time_ = step_->t_end();
+    std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+  }
   double ahead(double t) const;
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
@@ -151,8 +167,8 @@ class RungeKuttaRun {
   bool bend_behind_ = false;                           // that step was one across a bend
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment
-  bool resolves_slips_ = false;
-  Bends bends_ = Bends::none;  // those that are resolved
+  bool resolves_slips_ = false;                        // that begin from rest
+  Bends bends_ = Bends::none;                          // those that are resolved
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;

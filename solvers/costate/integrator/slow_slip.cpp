@@ -28,19 +28,12 @@ constexpr int kMostSlipSteps = 20000;
 constexpr double kSlipRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
-namespace {
-// Constraints are kept exactly in either form, so that one serves all formulations.
-Stabilization stabilization_of(const Assembly& assembly, bool redundant) {
-  if (!redundant) return {};
-  return {.inverse_alpha = 1 / default_penalty_weight(assembly.mechanism_ptr()), .augmented = true};
-}
-}  // namespace
-
 SlowSlip::SlowSlip(const Assembly& of_run, const Objective& objective, const MotionEvents::History& history,
                    bool redundant)
     : assembly_(of_run.mechanism_ptr(), of_run.parameters()),
       objective_(objective),
-      level_(assembly_, stabilization_of(assembly_, redundant)),
+      // Constraints are kept exactly in either form, so that one serves all formulations.
+      level_(assembly_, redundant ? augmented_stabilization(assembly_.mechanism_ptr()) : Stabilization{}),
       velocity_jump_(assembly_, level_),
       events_(assembly_),
       n_(assembly_.n()),

@@ -109,7 +109,6 @@ template <class Kind>
 GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
                             double asked, double& part) {
   system.end_at_kinks_of_laws();
-  if (Kind::implicit) system.carry_slips_from_rest();
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
@@ -169,7 +168,6 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto owned = Kind::make(own);
   typename Kind::SystemType& system = *owned;
   system.end_at_kinks_of_laws();
-  if (Kind::implicit) system.carry_slips_from_rest();
   system.differentiate_between_steps();
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;

@@ -56,22 +56,15 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
   template <class S>
   void components(const S* p, S (*s)[3], S (*t)[3]) const {
     if (condition_ == Condition::perpendicular)
-      unit(p, s[0]);
+      unit_direction(p, s[0]);
     else
       perpendicular_units(p, across_, s[0], s[1]);
-    unit(p + 3, t[0]);
+    unit_direction(p + 3, t[0]);
     if (condition_ != Condition::perpendicular) std::copy_n(t[0], 3, t[1]);
     if (condition_ != Condition::aligned) return;
-    unit(p + 6, s[2]);
-    S turned[3];
-    cross3(p + 3, p + 9, turned);
-    unit(turned, t[2]);
-  }
-  template <class S>
-  static void unit(const S* a, S* u) {
-    using std::sqrt;
-    const S factor = S(1.0) / sqrt(dot3(a, a));
-    for (int c = 0; c < 3; ++c) u[c] = a[c] * factor;
+    unit_direction(p + 6, s[2]);
+    cross3(p + 3, p + 9, t[2]);
+    unit_direction(t[2], t[2]);
   }
   struct Pairs;
 

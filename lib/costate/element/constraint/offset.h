@@ -22,7 +22,7 @@ class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
     S n[3];
-    unit(p, n);
+    unit_direction(p, n);
     phi[0] = offset_.value(q, p + 3, n);
     if (moves_) phi[0] -= q[offset_.size()];
   }
@@ -33,7 +33,7 @@ class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
     PathDual n[3], u[3];
-    unit(x.p, n);
+    unit_direction(x.p, n);
     offset_.direction(x.q, n, u);
     return x.lambda[0] * u[i];
   }
@@ -47,13 +47,6 @@ class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
   double calc_number_gradient(const LocalState& s, int number, const ConstraintWeights& w) const override;
 
  private:
-  template <class S>
-  static void unit(const S* a, S* n) {
-    using std::sqrt;
-    const S length = sqrt(dot3(a, a));
-    for (int i = 0; i < 3; ++i) n[i] = a[i] / length;
-  }
-
   BodyOffset offset_;
   bool moves_;  // has the coordinate s
 };

@@ -219,10 +219,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
   }
   template <class S>
   void direction(const S* p, S* a) const {
-    using std::sqrt;
-    const S* axis = p + axis_;
-    const S length = sqrt(dot3(axis, axis));
-    for (int k = 0; k < 3; ++k) a[k] = axis[k] / length;
+    unit_direction(p + axis_, a);
   }
   Vector3 unit(const double* p) const {
     Vector3 a;

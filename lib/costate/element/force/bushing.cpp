@@ -69,8 +69,7 @@ PathDual Bushing::measure(int i, const MeasureArguments& m) const {
   if (i < 9) return load(i - 6);
   PathDual M[3], W[3], across[3];
   for (int k = 0; k < 3; ++k) M[k] = load(3 + k);
-  const PathDual along = PathDual(4.0) * x.g_s * dot3(x.rho, M);
-  for (int k = 0; k < 3; ++k) W[k] = PathDual(2.0) * x.g * M[k] + along * x.rho[k];
+  weigh_rho(x, M, W);
   cross3(x.rho, W, across);
   const int k = i - 9;
   return PathDual(0.5) * (W[k] + across[k] + x.rho[k] * dot3(x.rho, W));

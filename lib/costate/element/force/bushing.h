@@ -131,6 +131,13 @@ class Bushing final : public ForceOf<Bushing> {
     }
   }
 
+  /// W with W.rho' = M.theta'.
+  template <class S>
+  static void weigh_rho(const Deformation<S>& x, const S* M, S* W) {
+    const S along = S(4.0) * x.g_s * dot3(x.rho, M);
+    for (int k = 0; k < 3; ++k) W[k] = S(2.0) * x.g * M[k] + along * x.rho[k];
+  }
+
   /// Q -= x_q^T load.
   template <class S>
   void apply(const S* q, const S* p, const Deformation<S>& x, const S* load, S* Q) const {
@@ -145,10 +152,9 @@ class Bushing final : public ForceOf<Bushing> {
     to.add_generalized_force(q + n, p + from.numbers().size(), g, Q + n);
     // Weights of the moment on rho / n, then of rho's part on R, and of both on the axes, whose first ones
     // also turn x_k.
-    const S* moment = load + 3;
-    const S along = S(4.0) * x.g_s * dot3(x.rho, moment);
     S w[3], R[3][3];
-    for (int k = 0; k < 3; ++k) w[k] = (S(2.0) * x.g * moment[k] + along * x.rho[k]) / x.n;
+    weigh_rho(x, load + 3, w);
+    for (S& of_rho : w) of_rho /= x.n;
     const S trace = -dot3(x.rho, w);
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;

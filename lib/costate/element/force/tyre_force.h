@@ -57,10 +57,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     if constexpr (requires(const TyreInput<double>& in) { model_.add_jump_places(in, s.z, s.p, true, places); }) {
       if (!model_.may_jump(s.p + model_numbers_)) return;
       WheelState<double> w;
-      double at[3];
-      wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis, w.axis_rate);
-      w.x = at[0];
-      w.z = at[2];
+      calc_wheel_state(s.q, s.v, s.p, w);
       double zdot[Model::most_states + 1], z[Model::most_states + 1] = {};
       Evaluation<double> y;
       y.forces(setup_, model_, s.t, w, 0.0, z, s.p, model_numbers_, zdot);
@@ -87,15 +84,15 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
   void calc_partials(const LocalState& s, ForcePartials out) const override {
     using D = Dual<directions>;
     const double *e = s.q + 3, *ed = s.v + 3;
+    WheelState<double> here;
+    calc_wheel_state(s.q, s.v, s.p, here);
     WheelState<D> w;
-    double at[3], velocity[3], direction[3], turning_rate[3];
-    wheel_motion(s.q, s.v, s.p, at, velocity, direction, turning_rate);
-    w.x = D::variable(at[0], 0);
-    w.z = D::variable(at[2], 1);
+    w.x = D::variable(here.x, 0);
+    w.z = D::variable(here.z, 1);
     for (int i = 0; i < 3; ++i) {
-      w.axis[i] = D::variable(direction[i], of_axis + i);
-      w.velocity[i] = D::variable(velocity[i], of_velocity + i);
-      w.axis_rate[i] = D(turning_rate[i]);
+      w.axis[i] = D::variable(here.axis[i], of_axis + i);
+      w.velocity[i] = D::variable(here.velocity[i], of_velocity + i);
+      w.axis_rate[i] = D(here.axis_rate[i]);
     }
     D spin(0.0), z[Model::most_states + 1], zdot[Model::most_states + 1];
     if constexpr (uses_spin) spin = D::variable(spin_of(s.q, s.v, s.p), of_spin);
@@ -116,9 +113,10 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     // Those by the axis's rate are (G_V e_y) of_rate^T.
     Vector3 ey, of_rate = Vector3::Zero();
     const bool leans = setup_.contact == TyreContact::disc;
+    const double length = length3(here.axis);
     for (int i = 0; i < 3; ++i) ey[i] = y.geometry.ey[i].v;
     if (leans)
-      for (int i = 0; i < 3; ++i) of_rate[i] = y.geometry.loaded_radius.v * y.geometry.ez[i].v / length3(direction);
+      for (int i = 0; i < 3; ++i) of_rate[i] = y.geometry.loaded_radius.v * y.geometry.ez[i].v / length;
     const Eigen::Matrix<double, 1, 4> rate_e = of_rate.transpose() * rotation_jacobian(ed, sa),
                                       rate_ed = of_rate.transpose() * A;
     // rows = G [u_q, u_v] for derivatives G by u.
@@ -181,7 +179,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     }
     if (!setup_.has_spin) return;
     // Row of the spin, ey.M, and column of its rate.
-    const double length = length3(direction);
     out.Q_q.template block<1, 7>(7, 0) = ey.transpose() * W_q.template bottomRows<3>();
     out.Q_q.template block<1, 4>(7, 3) += (M - ey.dot(M) * ey).transpose() / length * A;
     out.Q_v.template block<1, 7>(7, 0) = ey.transpose() * W_v.template bottomRows<3>();
@@ -305,10 +302,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     NumberPartials(const TyreForce& f, const LocalState& s, Evaluation<double>& e) : f_(f) {
       double ignored[Model::most_states + 1];
       WheelState<double> w;
-      double at[3], spin = 0;
-      f.wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis, w.axis_rate);
-      w.x = at[0];
-      w.z = at[2];
+      double spin = 0;
+      calc_wheel_state(s.q, s.v, s.p, w);
       if constexpr (uses_spin) spin = f.spin_of(s.q, s.v, s.p);
       e.forces(f.setup_, f.model_, s.t, w, spin, s.z, s.p, f.model_numbers_, ignored);
       geometry_ = &e.geometry;
@@ -353,14 +348,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     D z_[Model::most_states + 1], p_[Numbers::ramp + 1], model_p_[Model::most_numbers + 1];
   };
 
-  template <class S, class P>
-  void wheel_motion(const S* q, const S* v, const P* p, S* at, S* velocity, S* direction, S* direction_rate) const {
-    SpatialPointMath::position(q, p + Numbers::center, at);
-    SpatialPointMath::velocity(q, v, p + Numbers::center, velocity);
-    rotated(q + 3, p + Numbers::axis, direction);
-    rotated_rate(q + 3, v + 3, p + Numbers::axis, direction_rate);
-  }
-
   void require_upright(double t, const Evaluation<double>& e) const {
     if (e.force[0] == 0 && e.force[1] == 0 && e.force[2] == 0) return;
     // A vertical force acts at the centre, wherever the contact point is.
@@ -381,10 +368,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
   template <class S>
   void evaluate(const S& t, const S* q, const S* v, const S* z, const S* p, Evaluation<S>& e, S* zdot) const {
     WheelState<S> w;
-    S at[3], spin(0.0);
-    wheel_motion(q, v, p, at, w.velocity, w.axis, w.axis_rate);
-    w.x = at[0];
-    w.z = at[2];
+    S spin(0.0);
+    calc_wheel_state(q, v, p, w);
     if constexpr (uses_spin) spin = spin_of(q, v, p);
     e.forces(setup_, model_, t, w, spin, z, p, model_numbers_, zdot);
   }

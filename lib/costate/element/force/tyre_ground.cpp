@@ -41,14 +41,7 @@ CourseElement::Place TyreGround::track_place(int, const LocalState& s) const {
 
 TyreGeometry<double> TyreGround::geometry(const LocalState& s) const {
   WheelState<double> w;
-  double r[3], u[3];
-  rotated(s.q + 3, s.p + TyreNumbers::center, r);
-  rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::center, u);
-  rotated(s.q + 3, s.p + TyreNumbers::axis, w.axis);
-  rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::axis, w.axis_rate);
-  w.x = s.q[0] + r[0];
-  w.z = s.q[2] + r[2];
-  for (int i = 0; i < 3; ++i) w.velocity[i] = s.v[i] + u[i];
+  calc_wheel_state(s.q, s.v, s.p, w);
   TyreGeometry<double> g;
   calc_tyre_geometry(*setup_.road, setup_.contact, s.t, w, s.p[TyreNumbers::radius], s.p[TyreNumbers::share],
                      s.p[TyreNumbers::shift], s.p + TyreNumbers::road, g);

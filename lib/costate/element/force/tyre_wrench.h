@@ -16,6 +16,19 @@ struct TyreNumbers {
   enum Index { center = 0, axis = 3, radius = 6, stiffness, damping, ramp, share, shift, road };
 };
 
+/// The wheel that a tyre with these numbers is on, at the coordinates and rates of its body.
+template <class S>
+void calc_wheel_state(const S* q, const S* v, const S* p, WheelState<S>& w) {
+  S r[3], u[3];
+  rotated(q + 3, p + TyreNumbers::center, r);
+  rotated_rate(q + 3, v + 3, p + TyreNumbers::center, u);
+  w.x = q[0] + r[0];
+  w.z = q[2] + r[2];
+  for (int i = 0; i < 3; ++i) w.velocity[i] = v[i] + u[i];
+  rotated(q + 3, p + TyreNumbers::axis, w.axis);
+  rotated_rate(q + 3, v + 3, p + TyreNumbers::axis, w.axis_rate);
+}
+
 struct TyreSetup {
   std::shared_ptr<const Road> road;
   TyreContact contact = TyreContact::disc;

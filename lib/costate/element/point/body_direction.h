@@ -92,16 +92,20 @@ void perpendicular_pair(const S* axis, int k, S* first, S* second) {
   cross3(axis, first, second);
 }
 
-/// The same of length 1, whatever the axis's.
+/// a of length 1; may be written over it.
+template <class S>
+void unit_direction(const S* a, S* unit) {
+  using std::sqrt;
+  const S length = sqrt(dot3(a, a));
+  for (int i = 0; i < 3; ++i) unit[i] = a[i] / length;
+}
+
+/// The perpendicular pair of length 1, whatever the axis's.
 template <class S>
 void perpendicular_units(const S* axis, int k, S* first, S* second) {
-  using std::sqrt;
   perpendicular_pair(axis, k, first, second);
-  const S of_first = S(1.0) / sqrt(dot3(first, first)), of_second = S(1.0) / sqrt(dot3(second, second));
-  for (int i = 0; i < 3; ++i) {
-    first[i] *= of_first;
-    second[i] *= of_second;
-  }
+  unit_direction(first, first);
+  unit_direction(second, second);
 }
 
 /// The part of `normal` across the axis, of length 1, and axis x that part, of length 1.

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/letters.h"
 #include "costate/base/notice.h"
 #include "costate/element/force/magic_formula.h"
 #include "costate/kind/tyre/tir_file.h"
@@ -80,14 +81,6 @@ std::string family_of(const std::string& name) {
   return digits < name.size() ? name.substr(0, digits) : "";
 }
 
-/// Whether one letter more, less or another makes b of a.
-bool one_letter_apart(const std::string& a, const std::string& b) {
-  std::size_t same = 0, end = 0;
-  while (same < a.size() && same < b.size() && a[same] == b[same]) ++same;
-  while (end + same < a.size() && end + same < b.size() && a[a.size() - 1 - end] == b[b.size() - 1 - end]) ++end;
-  return a != b && std::max(a.size(), b.size()) - same - end == 1;
-}
-
 /// MF-Tyre 6.1's radial force and radius beyond VERTICAL_STIFFNESS, BREFF, DREFF and FREFF.
 constexpr const char* kOfLoad[] = {"Q_V1",   "Q_V2",   "Q_FZ2",  "Q_FCX",  "Q_FCY",  "Q_FCY2", "Q_CAM",
                                    "Q_CAM1", "Q_CAM2", "Q_CAM3", "Q_FYS1", "Q_FYS2", "Q_FYS3", "PFZ1"};
@@ -104,7 +97,7 @@ void tell_left_out(const TirFile& file, const std::string& path) {
   for (const std::string& name : file.names()) {
     if (known.count(name) || !file.is_number(name) || file.number(name) == 0) continue;
     const auto meant = std::find_if(known.begin(), known.end(), [&](const std::string& other) {
-      return !file.has(other) && one_letter_apart(name, other);
+      return !file.has(other) && edit_distance(name, other) == 1;
     });
     const bool readable =
         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });

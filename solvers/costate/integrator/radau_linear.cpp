@@ -152,7 +152,8 @@ double RadauLinear::state_error(double h, double tolerance) {
       // An adjoint that is zero until a cost or a contact comes has no size yet: its error is large, but a number.
       const double error =
           std::sqrt(squares(group, j) / counts(group, j)) / std::max(tolerance * size + smallest + rounding, kNoSize);
-      if (!(error <= largest_error)) largest_error = error;
+      if (!std::isfinite(error)) return std::numeric_limits<double>::infinity();
+      largest_error = std::max(largest_error, error);
     }
   }
   return largest_error;
@@ -165,6 +166,8 @@ double RadauLinear::integral_error(const Eigen::VectorXd& error, double toleranc
     const double size = parameter_sizes_[static_cast<std::size_t>(j)];
     gradient_size_after_ = std::max(gradient_size_after_, size * std::abs(gradient_after_[j]));
     largest = std::max(largest, size * std::abs(error[j]));
+    // A maximum would lose what is no number: a cost's derivative outside its domain.
+    if (!std::isfinite(error[j])) return std::numeric_limits<double>::infinity();
   }
   return largest > 0 ? largest / (tolerance * gradient_size_after_ + smallest_error_) : 0;
 }

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/cubic_check.h"
 #include "costate/element/law/scalar_law.h"
+#include "costate/element/law/two_lines.h"
 
 namespace costate {
 
@@ -22,6 +23,7 @@ constexpr double kNothing = 1e-12;    // of what it changes altogether
 constexpr long kMostCells = 200'000;
 // Not whole: at the quarters of a bump its second derivative, all that some formulations see of a driver, is zero.
 constexpr double kStepsInCell = 2.3, kStepsInWave = 4.3;
+constexpr std::size_t kMostInKink = 60;  // samples in a cell that may be one
 // Places within a cell, without a common period.
 constexpr double kWithin[] = {0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.7331, 0.8219, 0.9407};
 
@@ -93,6 +95,19 @@ class Cells {
   void add(double x) {
     if (x >= places_.from && x <= places_.to) samples_.push_back({x, value(x)});
   }
+  /// Of the cell that these four places span, with the samples from `first` on.
+  bool is_kink(const std::array<double, 4>& x, std::vector<Sample>::const_iterator first, double off) const {
+    std::vector<std::pair<double, double>> values;
+    for (auto s = first; s != samples_.end() && s->x < x[3]; ++s) {
+      if (values.size() > kMostInKink) return false;
+      values.emplace_back(s->x, s->f);
+    }
+    for (const double at : x) values.emplace_back(at, value(at));
+    for (const double w : kWithin) values.emplace_back(x[0] + w * (x[3] - x[0]), value(x[0] + w * (x[3] - x[0])));
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return are_two_lines(values, off);
+  }
   template <class Emit>
   void refine(double a, double b, int depth, const Emit& emit) {
     const double h = b - a;
@@ -113,6 +128,8 @@ class Cells {
       if (cubic.range() > floor_ || (depth == 0 && !places_.sharp.empty())) emit(a, b);
       return;
     }
+    // A kink has no length of its own to be met by.
+    if (is_kink(x, first, kUnresolved * cubic.range())) return emit(a, b);
     if (h <= smallest_ || ++cells_ > kMostCells || depth > 60) return emit(a, b);
     refine(a, a + h / 2, depth + 1, emit);
     refine(a + h / 2, b, depth + 1, emit);

@@ -18,7 +18,9 @@
 #include "costate/tradeoff/stopwatch.h"
 #include "explain/explain_motion.h"
 #include "explain/left_out.h"
+#include "explain/merged_scene.h"
 #include "explain/plane_scene.h"
+#include "explain/rewritten.h"
 #include "explain_parts.h"
 #include "named_outputs.h"
 #include "page/command_pages.h"
@@ -44,9 +46,10 @@ std::string by_unit(const Mechanism& m) {
 
 class Explain {
  public:
-  Explain(const CommonOptions& common, std::string plane_file)
+  Explain(const CommonOptions& common, std::string plane_file, std::string merged_file)
       : common_(common),
         plane_file_(std::move(plane_file)),
+        merged_file_(std::move(merged_file)),
         setup_(common, Purpose::simulate),
         progress_(setup_.progress_options) {}
 
@@ -70,6 +73,7 @@ class Explain {
     Json j = json();
     std::string all = text();
     if (!plane_file_.empty()) all += write_plane(j);
+    if (!merged_file_.empty()) all += write_merged(j);
     const std::string body = all.substr(all.find('\n') + 1);
     report(setup_, common_, j, all + written_page(setup_, "explain.html", explain_page(setup_, j, body)),
            "explain.json");
@@ -82,29 +86,34 @@ class Explain {
     if (!plane_ || plane_->out_of_plane > kFlat)
       throw CapabilityError("--plane: The motion does not stay in a plane, or is one of the plane already.");
     const std::string toml = setup_.located([&] { return plane_scene(setup_, *plane_); });
-    const Scene scene = [&] {
-      try {
-        return Scene::parse(toml, plane_file_);
-      } catch (const Error& e) {
-        throw CapabilityError(fmt::format("--plane: What would be written is no scene: {}", e.what()));
-      }
-    }();
-    Problem p = setup_.problem;
-    const Problem own = make_problem(scene);
-    p.mechanism = own.mechanism;
-    p.parameters = {};
-    p.objective = own.objective;
-    p.ends_when = own.ends_when;
-    const double psi = simulate(p, {}).psi;
-    // Each is right to some hundred times its tolerance.
-    if (std::abs(psi - result_.psi) > 1e3 * p.solver.rtol * std::max(std::abs(psi), std::abs(result_.psi)))
-      notice(fmt::format("psi of the scene of the plane is {:.9g}, of this one {:.9g}: they are not the same.", psi,
-                         result_.psi));
+    const Rewritten other = read_rewritten(setup_, toml, plane_file_, "--plane", result_.psi);
     write_file_atomically(plane_file_, toml);
-    j["plane_scene"] = {{"file", plane_file_}, {"psi", psi}};
+    j["plane_scene"] = {{"file", plane_file_}, {"psi", other.psi}};
     return fmt::format(
         "  scene of the plane: {}, psi = {:.9g} against {:.9g} here; {} coordinates in the place of {}\n", plane_file_,
-        psi, result_.psi, own.mechanism->coordinate_count(), mechanism().coordinate_count());
+        other.psi, result_.psi, other.problem.mechanism->coordinate_count(), mechanism().coordinate_count());
+  }
+
+  /// The scene with welded bodies as one.
+  std::string write_merged(Json& j) {
+    const MergedScene merged = setup_.located([&] { return merged_scene(setup_); });
+    const Rewritten other = read_rewritten(setup_, merged.toml, merged_file_, "--merged", result_.psi);
+    check_same_start(setup_, other, "--merged");
+    write_file_atomically(merged_file_, merged.toml);
+    const Mechanism& m = *other.problem.mechanism;
+    j["merged_scene"] = {{"file", merged_file_},
+                         {"psi", other.psi},
+                         {"bodies", merged.bodies},
+                         {"kept", merged.kept},
+                         {"coordinates", m.coordinate_count()},
+                         {"multipliers", m.row_count()}};
+    std::string t = fmt::format(
+        "  welded bodies as one: {}, psi = {:.9g} against {:.9g} here; {} coordinates and {} rows in the place of {} "
+        "and {}\n",
+        merged_file_, other.psi, result_.psi, m.coordinate_count(), m.row_count(), mechanism().coordinate_count(),
+        mechanism().row_count());
+    for (const std::string& why : merged.kept) t += "  " + why + "\n";
+    return t;
   }
 
   const Mechanism& mechanism() const { return *setup_.problem.mechanism; }
@@ -262,7 +271,7 @@ class Explain {
                          shortened(p.coordinates), shortened(p.elements));
     for (const Weld& w : welds(m))
       t += fmt::format(
-          "  {} welds {}: as one they would have {} rows and {} coordinates less\n", w.path,
+          "  {} welds {}: as one they would have {} rows and {} coordinates less (--merged FILE writes that)\n", w.path,
           w.bodies.size() == 1 ? w.bodies.front() + " to the ground" : fmt::format("{}", fmt::join(w.bodies, " and ")),
           w.rows, w.coordinates);
     if (!rest_.coordinates.empty())
@@ -291,7 +300,7 @@ class Explain {
   };
 
   const CommonOptions& common_;
-  std::string plane_file_;
+  std::string plane_file_, merged_file_;
   Setup setup_;
   Progress progress_;
   int freedom_ = 0, unknowns_ = 0;
@@ -312,16 +321,17 @@ class Explain {
 
 }  // namespace
 
-const RegisterCommand explain_command(CommandGroup::inspect, "explain",
-                                      "What is built for a scene, what it costs by kind, and what nobody asked for",
-                                      [](Command& c, CommonOptions& common) {
-                                        common.add_to(c);
-                                        common.add_run_options(c);
-                                        auto file = std::make_shared<std::string>();
-                                        c.option("--plane", *file,
-                                                 "Write the cheaper scene of the plane, of a motion that stays in one")
-                                            .value_name("FILE");
-                                        c.runs([&common, file] { return Explain(common, *file).run(); });
-                                      });
+const RegisterCommand explain_command(
+    CommandGroup::inspect, "explain", "What is built for a scene, what it costs by kind, and what nobody asked for",
+    [](Command& c, CommonOptions& common) {
+      common.add_to(c);
+      common.add_run_options(c);
+      auto file = std::make_shared<std::string>();
+      c.option("--plane", *file, "Write the cheaper scene of the plane, of a motion that stays in one")
+          .value_name("FILE");
+      auto merged = std::make_shared<std::string>();
+      c.option("--merged", *merged, "Write the scene with welded bodies as one").value_name("FILE");
+      c.runs([&common, file, merged] { return Explain(common, *file, *merged).run(); });
+    });
 
 }  // namespace costate::app

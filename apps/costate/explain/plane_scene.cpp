@@ -18,13 +18,6 @@ namespace {
 
 constexpr double kAlong = 1e-6;  // two directions or heights are the same up to this
 
-SceneNode text_node(const std::string& text) {
-  SceneNode n;
-  n.type = SceneNode::Type::text;
-  n.text = text;
-  return n;
-}
-
 SceneNode list_node(const std::vector<std::string>& texts) {
   SceneNode n;
   n.type = SceneNode::Type::array;

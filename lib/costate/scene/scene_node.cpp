@@ -129,4 +129,11 @@ SceneNode number_node(double value) {
   return n;
 }
 
+SceneNode text_node(const std::string& text) {
+  SceneNode n;
+  n.type = SceneNode::Type::text;
+  n.text = text;
+  return n;
+}
+
 }  // namespace costate

@@ -58,5 +58,6 @@ const SceneNode* find_node(const SceneNode& root, const std::string& path, int* 
 void set_node(SceneNode& root, const std::string& path, SceneNode value);
 
 SceneNode number_node(double value);
+SceneNode text_node(const std::string& text);
 
 }  // namespace costate

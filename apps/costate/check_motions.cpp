@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "costate/base/error.h"
 #include "costate/cycle/cycle_values.h"
@@ -23,6 +24,8 @@ namespace {
 // the states' tolerances do to it there, and of what the reference's formulation is off by itself at this tolerance.
 constexpr double kRange = 1000, kState = 300, kOwn = 100;
 constexpr int kSamples = 40;
+// Of what turns, in the straight quantities where none is other than zero, and the other way round.
+constexpr double kOtherKind = 1e-3;
 
 }  // namespace
 
@@ -123,6 +126,15 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     own.v = s.v.data();
     own.z = s.z.data();
     for (const auto& [unit, size] : state_.sizes_by_forces(own)) largest[unit] = std::max(largest[unit], size);
+  }
+  // And all of a kind may be zero, of a wheel's centre, say: turns move lengths, torques are forces at these.
+  const double length = length_size(*problem_.mechanism);
+  for (const auto& [turning, straight, factor] :
+       {std::tuple("rad", "m", length), std::tuple("rad/s", "m/s", length), std::tuple("rad/s^2", "m/s^2", length),
+        std::tuple("N m", "N", 1 / length)}) {
+    const double a = largest[turning], b = largest[straight];
+    largest[straight] = std::max(b, kOtherKind * factor * a);
+    largest[turning] = std::max(a, kOtherKind * b / factor);
   }
   for (std::size_t c = 0; c < columns; ++c) {
     const double of_its_kind = 1e-3 * largest[state_.outputs()[c]->unit()];

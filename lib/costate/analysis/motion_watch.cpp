@@ -1,19 +1,14 @@
 #include "costate/analysis/motion_watch.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "costate/analysis/mechanism_size.h"
-#include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
 #include "costate/base/golden_section.h"
-#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -32,8 +27,6 @@ constexpr double kDependent = 1e-5;
 constexpr double kSuspicious = 0.25;
 /// Or where it falls by half from one look to the next, or rises by as much: V-shaped, it may vanish between them.
 bool may_vanish(double least, double beside) { return least < kSuspicious || 2 * least < beside; }
-// Of the row scaled to 1: as `check` and the start have it.
-constexpr double kWatchedRankTolerance = 1e-9;
 constexpr int kGolden = 40;
 // Places in a stretch between looks at which many rows are looked at together first.
 constexpr int kPlaces = 16;
@@ -150,38 +143,9 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
   sample(t, q, v);
   for (std::size_t i = 0; i < redundant_.size(); ++i) redundant_[i] = distances_[i] < kDependent;
   began_redundant_ = std::find(redundant_.begin(), redundant_.end(), 1) != redundant_.end();
-  if (began_redundant_) refuse_dependent_rows(t);
-}
-
-void MotionWatch::refuse_dependent_rows(double t) {
-  if (settings_.carries_redundancy) return;
-  // The same rows, at full accuracy: each against all before it.
-  const Eigen::MatrixXd A = to_dense(assembly_.jacobian(), scaled_.data()).transpose();
-  std::vector<std::string> names;
-  double nearest = 1;
-  for (Eigen::Index i = 0; i < A.cols(); ++i) {
-    if (!redundant_[static_cast<std::size_t>(i)]) continue;
-    Eigen::MatrixXd others(A.rows(), A.cols() - 1);
-    for (Eigen::Index k = 0, at = 0; k < A.cols(); ++k)
-      if (k != i) others.col(at++) = A.col(k);
-    Eigen::VectorXd rest = A.col(i);
-    if (others.cols() > 0) rest -= others * others.completeOrthogonalDecomposition().solve(A.col(i));
-    names.push_back(rows_[static_cast<std::size_t>(i)]);
-    nearest = std::min(nearest, rest.norm());
-  }
-  if (nearest < std::max(kWatchedRankTolerance, settings_.rtol))
-    throw SolverError(fmt::format(
-        "At t = {:.9g} s {} of {} constraint rows depend on the others, to within {:.1e} of 1 ({}), so that "
-        "formulation '{}' "
-        "does not determine the accelerations. Remove what is redundant, or take a formulation that carries it: "
-        "augmented-lagrangian, penalty or maggi.",
-        t, names.size(), rows_.size(), nearest, fmt::join(names, ", "), settings_.formulation));
-  if (nearest > kZero) return;
-  near_dependent_.push_back(
-      fmt::format("At t = {:.9g} s constraint rows depend on the others to within {:.1e} of 1 ({}): accelerations and "
-                  "reactions are "
-                  "known to as many digits less.",
-                  t, nearest, fmt::join(names, ", ")));
+  if (!began_redundant_) return;
+  refuse_dependent_rows(t);
+  first_rank_ = rank_of(singular_values());
 }
 
 void MotionWatch::look_for_jumps(double t, const double* q, const double* v) {
@@ -278,8 +242,9 @@ void MotionWatch::look_for_minima(bool at_end) {
   for (std::size_t i = 0; i < redundant_.size(); ++i) {
     if (redundant_[i]) {
       if (samples_[last].distance[i] < kSuspicious) continue;
-      // Dependent at the start, and no longer: the start was the singular position.
-      events_.push_back({samples_.front().t, static_cast<int>(i), 0});
+      // Dependent at the start, and no longer: the start was the singular position, if no other row depends instead.
+      calc_distances_at(samples_[last].t);
+      if (rank_of(singular_values()) > first_rank_) events_.push_back({samples_.front().t, static_cast<int>(i), 0});
       redundant_[i] = 0;
       continue;
     }
@@ -373,7 +338,7 @@ void MotionWatch::refine(int row, double from, double to) {
   const bool nearer = -section.most() < value;
   const double at = nearer ? section.best() : times[least];
   if (nearer) value = -section.most();
-  if (value < rank_limit_) events_.push_back({at, row, value});
+  if (value < rank_limit_ && rank_falls(from, at, to)) events_.push_back({at, row, value});
 }
 
 }  // namespace costate

@@ -90,6 +90,11 @@ class MotionWatch {
   void calc_distances_at(double t);
   double distance_at(int row, double t);
   void refuse_dependent_rows(double t);
+  /// Of the rows as they were last scaled to 1, largest first; none of very many rows.
+  Eigen::VectorXd singular_values() const;
+  static int rank_of(const Eigen::VectorXd& singular);
+  /// Whether the rank that the rows have beside a place is lost, or nearly, there.
+  bool rank_falls(double from, double at, double to);
   void require_finite(double t, const double* q, const double* v) const;
   [[noreturn]] void torn(const Drift& drift) const;
   std::string with_unit(int row, double length) const;
@@ -104,6 +109,7 @@ class MotionWatch {
   double rank_limit_, drift_warning_, drift_error_;
   std::vector<char> redundant_;  // rows that depend on others at the start
   bool began_redundant_ = false;
+  int first_rank_ = 0;  // where rows are redundant at the start
   std::vector<double> row_size_, length_part_, angle_part_;
   std::vector<double> scaled_;  // Phi_q with rows of length 1
   RowProducts products_;

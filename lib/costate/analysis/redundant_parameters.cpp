@@ -4,7 +4,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 
+#include "costate/analysis/closing_path.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/linear/to_dense.h"
@@ -14,8 +16,13 @@ namespace costate {
 namespace {
 // Of what a parameter changes the rows by: what redundant rows may leave of it, for start errors and rounding.
 constexpr double kLeft = 1e-6;
-// Beyond so many rows a dense factorization takes longer than a run.
-constexpr int kMostRows = 1500;
+// Beyond so many rows a dense factorization takes longer than a run, and some tens of them beyond so few.
+constexpr int kMostRows = 1500, kFewRows = 150;
+constexpr int kTimes = 16;              // looks between the start and the end
+constexpr int kMostIterations = 40;     // of a way to positions
+constexpr double kDependentOff = 1e-6;  // rows that depend on each other so nearly are one, off the positions
+constexpr double kRankOn = 1e-9;        // on them, as find_start has it
+constexpr double kIsClosed = 1e-13, kTooFar = 20, kLooksBeside = 0.2;  // as StepLength measures
 
 /// Whether a parameter sets a number of a constraint: else there is nothing to solve a start for.
 bool moves_constraints(const Assembly& assembly) {
@@ -26,37 +33,116 @@ bool moves_constraints(const Assembly& assembly) {
     });
   });
 }
+
+/// Positions that meet the constraints, and what parameters do to them there.
+class Positions {
+ public:
+  Positions(Assembly& assembly, const Start& start)
+      : assembly_(assembly), start_(start), rest_(Eigen::VectorXd::Zero(assembly.n() + assembly.m())) {}
+
+  /// The constraint Jacobian at q, with Phi and the parameters' columns left in the assembly.
+  Eigen::MatrixXd jacobian(double t, const Eigen::VectorXd& q) {
+    StateView s = start_.state(t);
+    s.q = q.data();
+    s.v = s.a = rest_.data();
+    s.lambda = rest_.data() + assembly_.n();
+    assembly_.calc_dynamics(s);
+    assembly_.calc_parameter_columns(s, columns_);
+    return to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+  }
+  const Eigen::MatrixXd& change() const { return columns_.phi; }
+
+  /// Leads q to the nearest positions at time t, by Newton steps of least norm. False where there are none near.
+  bool close(double t, Eigen::VectorXd& q) {
+    const StepLength length(assembly_, q);
+    for (int i = 0; i < kMostIterations; ++i) {
+      factors_.setThreshold(kDependentOff);
+      factors_.compute(jacobian(t, q));
+      const Eigen::VectorXd step =
+          factors_.solve(Eigen::Map<const Eigen::VectorXd>(assembly_.phi.data(), assembly_.m()));
+      if (!step.allFinite()) return false;
+      q -= step;
+      const double moved = length(step);
+      if (moved > kTooFar) return false;
+      if (moved < kIsClosed) return true;
+    }
+    return false;
+  }
+
+  /// Throws where redundant rows do not allow what a parameter does at q; returns whether any are redundant there.
+  bool require(double t, const Eigen::VectorXd& q) {
+    const Eigen::MatrixXd phi_q = jacobian(t, q);
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
+    factors.setThreshold(kRankOn);
+    factors.compute(phi_q);
+    if (factors.rank() == assembly_.m()) return false;
+    if (change().isZero(0)) return true;
+    const auto [j, row] = torn_parameter(change(), change() - phi_q * factors.solve(change()));
+    if (j >= 0) refuse_torn_parameter(assembly_, j, row);
+    return true;
+  }
+
+ private:
+  Assembly& assembly_;
+  const Start& start_;
+  Eigen::VectorXd rest_;
+  Assembly::ParameterColumns columns_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors_;
+};
+
 }  // namespace
 
-void require_compatible_parameters(Assembly& assembly, double t) {
+std::pair<int, int> torn_parameter(const Eigen::MatrixXd& change, const Eigen::MatrixXd& left) {
+  for (Eigen::Index j = 0; j < change.cols(); ++j) {
+    Eigen::Index worst = 0;
+    if (left.rows() > 0 && left.col(j).cwiseAbs().maxCoeff(&worst) > kLeft * change.col(j).cwiseAbs().maxCoeff())
+      return {static_cast<int>(j), static_cast<int>(worst)};
+  }
+  return {-1, -1};
+}
+
+void refuse_torn_parameter(const Assembly& assembly, int j, int row) {
+  const auto names = assembly.mechanism().row_names();
+  const bool given = row >= static_cast<int>(names.size());  // a position that is held
+  throw ModelError(
+      "parameter",
+      fmt::format("'{}' cannot vary alone: {} and others are redundant, and hold together only at "
+                  "its present value. Let one parameter set all numbers that have to change together "
+                  "('numbers' in [parameter.NAME]), or take the redundant constraint out.",
+                  assembly.parameters().parameters[static_cast<std::size_t>(j)].name,
+                  given ? "a given position" : fmt::format("row '{}'", names[static_cast<std::size_t>(row)])));
+}
+
+void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   const Mechanism& m = assembly.mechanism();
   const int n = assembly.n(), rows = assembly.m();
   const bool counted = !m.starts_at_equilibrium();  // then as many positions are given as are free
   if (rows == 0 || rows > kMostRows || !moves_constraints(assembly)) return;
   if (counted && rows + static_cast<int>(m.given_positions().size()) <= n) return;
   const Start start = find_start(assembly, t, false);
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n + rows);
-  StateView s = start.state(t);
-  s.a = rest.data();
-  s.lambda = rest.data() + n;
-  assembly.calc_dynamics(s);
-  Assembly::ParameterColumns columns;
-  assembly.calc_parameter_columns(s, columns);
-  const Eigen::MatrixXd& change = columns.phi;
-  if (change.isZero(0)) return;
-  const Eigen::MatrixXd phi_q = to_dense(assembly.jacobian(), assembly.phi_q.data());
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors(phi_q);
-  if (factors.rank() == rows) return;
-  const Eigen::MatrixXd left = change - phi_q * factors.solve(change);
-  for (int j = 0; j < assembly.np(); ++j) {
-    Eigen::Index worst = 0;
-    if (!(left.col(j).cwiseAbs().maxCoeff(&worst) > kLeft * change.col(j).cwiseAbs().maxCoeff())) continue;
-    throw ModelError("parameter",
-                     fmt::format("'{}' cannot vary alone: row '{}' and others are redundant, and hold together only at "
-                                 "its present value. Let one parameter set all numbers that have to change together "
-                                 "('numbers' in [parameter.NAME]), or take the redundant constraint out.",
-                                 assembly.parameters().parameters[static_cast<std::size_t>(j)].name,
-                                 m.row_names()[static_cast<std::size_t>(worst)]));
+  Positions positions(assembly, start);
+  if (!positions.require(t, start.q)) return;
+  // Beside the start, along what the rows leave free: no place of the mechanism's own.
+  const StepLength length(assembly, start.q);
+  Eigen::VectorXd d(n);
+  for (int i = 0; i < n; ++i) d[i] = std::cos(2.4 * i + 0.3) / std::max(length.weights()[i], 1e-300);
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
+  factors.setThreshold(kRankOn);
+  const Eigen::MatrixXd phi_q = positions.jacobian(t, start.q);
+  factors.compute(phi_q);
+  d -= factors.solve(phi_q * d);
+  const double size = length(d);
+  if (size > kIsClosed) {
+    Eigen::VectorXd q = start.q + kLooksBeside / size * d;
+    if (positions.close(t, q)) positions.require(t, q);
+  }
+  // Where the drivers lead.
+  Eigen::VectorXd q = start.q;
+  const int times = rows <= kFewRows ? kTimes : 2;
+  for (int k = 1; k <= times; ++k) {
+    const double at = t + (t_end - t) * (k - 0.382) / kTimes;
+    if (!positions.close(at, q)) return;
+    positions.require(at, q);
   }
 }
 

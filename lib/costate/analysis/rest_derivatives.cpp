@@ -1,6 +1,7 @@
 // The derivatives of a static equilibrium with respect to the parameters, forward and adjoint: lib/README.md
 // (0.10), (13.9).
 #include "costate/analysis/picks.h"
+#include "costate/analysis/redundant_parameters.h"
 #include "costate/analysis/rest_system.h"
 #include "costate/analysis/start.h"
 
@@ -58,7 +59,10 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
   bool redundant = false;
   for (const Part& p : parts_) {
     const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
-    const MatrixXd closing = p.linear.solve(pick_rows(right, row_numbers(p)));
+    const MatrixXd change = pick_rows(right, row_numbers(p)), closing = p.linear.solve(change);
+    if (p.linear.rank() < p.linear.matrix().rows())
+      if (const auto [j, row] = torn_parameter(change, change - p.linear.matrix() * closing); j >= 0)
+        refuse_torn_parameter(assembly_, j, row_numbers(p)[static_cast<std::size_t>(row)]);
     // Of held states the initial values; of free ones what follows.
     MatrixXd z = pick_rows(z_rho, p.states);
     for (const int i : p.free) z.row(i).setZero();

@@ -75,7 +75,8 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
   }
   add_turned_bodies(assembly, start, remarks);
   // A rate that was written and is not the one that the motion starts with: rates that are given determine it.
-  constexpr double kOtherRate = 1e-3;
+  constexpr double kOtherRate = 1e-3, kRounding = 1e-13;  // of the rate itself, of the largest
+  const double rounding = kRounding * (start.v.size() > 0 ? start.v.cwiseAbs().maxCoeff() : 0);
   std::set<int> given;
   for (const GivenStart& g : m.given_velocities()) given.insert(g.coordinate);
   std::size_t told = 0;
@@ -83,9 +84,8 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
     const Coordinate& c = m.coordinates()[static_cast<std::size_t>(i)];
     if (c.velocity_number < 0 || given.contains(i)) continue;
     const double written = assembly.numbers()[static_cast<std::size_t>(c.velocity_number)];
-    if (written == 0 ||
-        std::abs(start.v[i] - written) <= kOtherRate * std::max(std::abs(written), std::abs(start.v[i])))
-      continue;
+    const double larger = std::max(std::abs(written), std::abs(start.v[i]));
+    if (written == 0 || std::abs(start.v[i] - written) <= std::max(kOtherRate * larger, rounding)) continue;
     ++told;
     remarks.push_back(
         fmt::format("The start has '{}' at a rate of {:.6g} {}/s, not {:.6g} as the scene has it: the given velocities "

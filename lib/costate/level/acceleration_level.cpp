@@ -135,35 +135,6 @@ Eigen::MatrixXd AccelerationLevel::constraint_columns(const Assembly::ParameterC
   return r;
 }
 
-void AccelerationLevel::singular(int column) const {
-  const Mechanism& mech = assembly_.mechanism();
-  require_finite_partials(assembly_, point_.t());
-  Assembly probe(assembly_.mechanism_ptr(), ParameterSelection{});
-  probe.switch_rows(state().z);
-  const ConstraintRank rank = constraint_rank(probe, point_.t(), point_.values());
-  const auto rows = mech.row_names();
-  if (!rank.dependent_rows.empty()) {
-    std::vector<std::string> names;
-    for (int i : rank.dependent_rows) names.push_back(rows[i]);
-    if (stabilization_.inverse_alpha > 0)
-      throw SolverError(fmt::format(
-          "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}), "
-          "and the weight that is to carry them (alpha = {:.2g}) is lost in rounding beside the masses. Give masses in "
-          "a larger unit, or remove what is redundant{}.",
-          point_.t(), names.size(), rows.size(), fmt::join(names, ", "), 1 / stabilization_.inverse_alpha,
-          assembly_.has_switched_rows() ? "" : ", or take maggi"));
-    throw SolverError(fmt::format(
-        "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
-        "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",
-        point_.t(), names.size(), rows.size(), fmt::join(names, ", ")));
-  }
-  const std::string where = column < assembly_.n() ? mech.coordinates()[column].name : rows[column - assembly_.n()];
-  throw SolverError(
-      fmt::format("The accelerations at t = {:.9g} s are not determined: '{}' has neither inertia nor a "
-                  "constraint that fixes it. Give it mass, or constrain it.",
-                  point_.t(), where));
-}
-
 void AccelerationLevel::calc_constraint_bias(const double* v, double* out) const {
   const double d = stabilization_.by_rate(), k = stabilization_.by_value();
   for (int i = 0; i < assembly_.m(); ++i) out[i] = assembly_.bias[i];

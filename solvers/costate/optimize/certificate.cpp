@@ -41,6 +41,8 @@ constexpr double kZero = 10;
 constexpr double kOfHeld = 1e-2;
 // A unit direction that leads out of a bound by less than this goes along it.
 constexpr double kAlong = 1e-6;
+// Of the largest derivative's error, what may be in one that is far smaller.
+constexpr double kOfOthers = 1e-3;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
 // A verdict needs few digits: at this tolerance it is looked for first.
@@ -248,11 +250,14 @@ class Certifier {
   /// curve little along this one, whatever it does along others.
   double slope_of_place(const VectorXd& along, const MatrixXd& H) const {
     if (H.size() == 0) return result_.tolerance;
-    return kStationary * (H * along).cwiseAbs().maxCoeff() + slope_error();
+    return kStationary * (H * along).cwiseAbs().maxCoeff() + slope_error(along);
   }
-  /// What is known of how far slopes are off.
-  double slope_error() const {
-    return kSteps * rtol_ * std::max(std::abs(best_.psi), scaled(first_.gradient).cwiseAbs().maxCoeff());
+  /// What is known of how far the slope along a unit direction is off: of what it was at first, and of what little the
+  /// others' errors leave in it. A psi that was steep elsewhere, far away, says nothing of this one.
+  double slope_error(const VectorXd& along) const {
+    const VectorXd first = scaled(first_.gradient).cwiseAbs();
+    const double own = std::max(std::abs(best_.psi), along.cwiseAbs().dot(first));
+    return kSteps * rtol_ * std::max(own, kOfOthers * first.maxCoeff());
   }
 
   /// On bounds that hold the parameter by more than that, or free.
@@ -325,7 +330,7 @@ class Certifier {
     for (Index k = 0; k < e.size(); ++k)
       if (std::abs(e[k]) <= result_.curvature_tolerance) {
         const VectorXd down = Z * solver.eigenvectors().col(k) * (along[k] > 0 ? -1 : 1);
-        if (std::abs(along[k]) > std::max(left / room(down) + slope_error(), result_.flat_slope))
+        if (std::abs(along[k]) > std::max(left / room(down) + slope_error(down), result_.flat_slope))
           result_.flat_slope = std::abs(along[k]);
       }
     if (!(e[0] > result_.curvature_tolerance)) return;

@@ -13,6 +13,9 @@ namespace costate {
 namespace {
 // Newton's step to a minimum, in scaled parameters, up to which it is taken for reached.
 constexpr double kNewton = 1e-2;
+// An eigenvalue that counts as zero is no rounding where it is this many times its error, and this part of the
+// tolerance.
+constexpr double kOfItsError = 100, kOfTolerance = 1e-6;
 }  // namespace
 
 void judge(Certificate& c, bool curvature) {
@@ -57,11 +60,15 @@ void judge(Certificate& c, bool curvature) {
     c.kind = Kind::flat;
     const auto zeros =
         std::count_if(c.eigenvalues.begin(), c.eigenvalues.end(), [&](double e) { return e <= c.curvature_tolerance; });
+    // Far above its own error it may be one: of a parameter whose scale is far too small.
+    const bool small = least > kOfItsError * c.eigenvalue_error && least > kOfTolerance * c.curvature_tolerance;
     c.verdict = fmt::format(
-        "stationary, Hessian singular: {} of its {} eigenvalues {} zero within {:.3g}; psi is flat that "
-        "way to "
-        "second order.",
-        zeros, c.eigenvalues.size(), zeros == 1 ? "is" : "are", c.curvature_tolerance);
+        "stationary, Hessian singular: {} of its {} eigenvalues {} zero within {:.3g}; {}.", zeros,
+        c.eigenvalues.size(), zeros == 1 ? "is" : "are", c.curvature_tolerance,
+        small ? fmt::format("found as {} or more, a minimum if that is right: scales of the parameters by which the "
+                            "eigenvalues are more alike would tell",
+                            known_eigenvalue(c, least))
+              : "psi is flat that way to second order");
   } else if (c.falls_outward) {
     c.kind = Kind::stationary;
     c.verdict = fmt::format(

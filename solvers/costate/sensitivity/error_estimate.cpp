@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -12,6 +13,7 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/level/penalty_weight.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -143,6 +145,22 @@ double pull_of_parameters(const Problem& problem, const std::vector<double>& rho
   return pulled > 0 ? pulled / std::max(forces, 1e-6 * pulled) : 0;
 }
 
+/// Where a tenth of the tolerance changes so much, errors do not fall as it does, and two tighter runs tell as little
+/// as one: a chaotic motion's may be near each other by chance.
+void tell_if_sensitive(const Problem& problem, double psi, const std::vector<double>& gradient,
+                       const ErrorEstimate& e) {
+  const double zero = negligible_cost(*problem.mechanism, problem.solver), rtol = problem.solver.rtol,
+               size = gradient.empty() ? 0 : gradient_size(problem.parameters, psi, gradient);
+  const double of_psi = e.psi > zero ? e.psi / std::max(std::abs(psi), std::numeric_limits<double>::min()) : 0,
+               of_gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / size : 0;
+  // As for runs whose error nobody asks for: 1e4 rtol, a tenth at most.
+  if (!(std::max(of_psi, of_gradient) > std::min(0.1, 1e4 * rtol))) return;
+  notice(fmt::format(
+      "The motion makes much of small errors: from rtol {:g} to {:g} or less {} changes by {:.1g} of it. Estimates of "
+      "errors that large do not bound them; a smaller rtol, or another method, tells how many digits are right.",
+      rtol, kFirst * rtol, of_psi >= of_gradient ? "psi" : "the gradient", std::max(of_psi, of_gradient)));
+}
+
 }  // namespace
 
 void watch_penalty(const Problem& problem, const std::vector<double>& rho, GradientResult& result, double drift,
@@ -206,6 +224,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
   const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
   ErrorEstimate e = farther_of_two(problem, result, fixed, run);
+  if (!fixed) tell_if_sensitive(problem, result.psi, {}, e);
   add_least(problem, result, fixed, e);
   add_softness(problem, result, e, run);
   return e;
@@ -216,6 +235,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
   ErrorEstimate e = farther_of_two(problem, result, fixed, run);
+  if (!fixed) tell_if_sensitive(problem, result.psi, result.gradient, e);
   add_least(problem, result, fixed, e);
   for (std::size_t j = 0; j < e.gradient.size() && !fixed; ++j)
     e.gradient[j] = std::max(e.gradient[j], kLeastError * problem.solver.rtol * std::abs(result.gradient[j]));

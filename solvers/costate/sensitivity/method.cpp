@@ -190,7 +190,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   if (!method.perturbs) {
     Assembly assembly(problem.mechanism, problem.parameters);
     assembly.set_parameters(rho.data());
-    require_compatible_parameters(assembly, problem.solver.t_start);
+    require_compatible_parameters(assembly, problem.solver.t_start, problem.solver.t_end);
   }
   const Problem whole = with_end_of(problem, method, rho);
   if (!method.perturbs) require_differentiable_laws(whole, rho, true);

@@ -150,6 +150,12 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
       throw ModelError(path + "." + key,
                        "Rigid contact is with a plane at rest: leave this out, or take kind = "
                        "\"compliant\".");
+  for (const char* key : {"rolling_resistance_m", "spinning_resistance_m"})
+    if (table.has(key) && table.value(key, NumberRule::non_negative) > 0)
+      throw ModelError(path + "." + key,
+                       "Rigid contact has no moments against turning: leave this out, set it to 0, or take kind = "
+                       "\"compliant\".");
+  if (table.has("turning_transition_rad_per_s")) table.value("turning_transition_rad_per_s", NumberRule::positive);
   RigidContactOptions o;
   const std::string point = table.text("point");
   ContactLawOptions compliant;

@@ -27,9 +27,10 @@ struct GradientOptions {
 };
 
 /// What nothing has confirmed knows nothing of psi, and of the gradient at most what a multiplier's differences leave,
-/// which is no error to be told as all of it.
+/// which is no error to be told as all of it. Nor does what found something about fixed steps know their error.
 bool knows_a_part(const Setup& setup, const GradientResult& r) {
-  return setup.problem.cycle && r.gradient_error.empty() && r.known_error && r.known_error->psi == 0;
+  return (setup.problem.cycle || by_fixed_steps(setup.problem, find_sensitivity_method(setup.method))) &&
+         r.gradient_error.empty() && r.known_error && r.known_error->psi == 0;
 }
 
 /// The parameters with their derivatives and, where there are any, errors.

@@ -14,7 +14,7 @@ const std::vector<GuideEntry>& failure_guide() {
        {"The start cannot be reached", "do not determine the configuration", "do not determine the motion",
         "independent constraint rows leave", "points half a turn away"}},
       {"no-equilibrium", {"No equilibrium "}},
-      {"something-has-no-mass", {"has neither inertia nor", "moves no mass", "has no mass"}},
+      {"something-has-no-mass", {"has neither inertia nor", "moves no mass", "has no mass", "is lost in rounding beside the constraints"}},
       {"singular-position-passed", {"The mechanism passes a singular position at"}},
       {"step-leaves-its-branch", {"has left its branch"}},
       {"end-never-comes", {"The run ends by "}},

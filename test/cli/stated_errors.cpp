@@ -98,3 +98,35 @@ TEST_CASE("stated errors: psi's under --accuracy, whatever is chosen", "[accurac
   }
   CHECK(runs >= 30);
 }
+
+TEST_CASE("stated errors: what soft constraints leave is part of them") {
+  const WorkingDirectory here;
+  const std::string scene = COSTATE_SOURCE_DIR "/test/cases/soft_link.toml";
+  // theta'' = (g/L) sin(theta), by scipy's DOP853 at 1e-12; derivatives by differences of it.
+  const double psi = 0.3647045446, by_length = -0.18430096, by_gravity = -0.01710317;
+  for (const char* alpha : {"1e4", "1e6"}) {
+    CAPTURE(alpha);
+    for (const char* method : {"cvodes-forward", "hand-adjoint", "discrete-tangent"}) {
+      CAPTURE(method);
+      const Json j =
+          costate_json({"gradient", scene, "--no-files", "--method", method, "--penalty-alpha", alpha}, here.path());
+      // Of the first order in 1/alpha, in three and in digits of the reference.
+      CHECK(std::abs(j.at("psi").get<double>() - psi) < 3 * j.at("psi_error").get<double>() + 1e-10);
+      const Json &g = j.at("gradient"), &e = j.at("gradient_error");
+      CHECK(std::abs(g.at("distance.d.length_m").get<double>() - by_length) <
+            3 * e.at("distance.d.length_m").get<double>() + 1e-8);
+      CHECK(std::abs(g.at("gravity.y_m_per_s2").get<double>() - by_gravity) <
+            3 * e.at("gravity.y_m_per_s2").get<double>() + 1e-8);
+    }
+    const Json run = costate_json({"simulate", scene, "--no-files", "--penalty-alpha", alpha}, here.path());
+    CHECK(std::abs(run.at("psi").get<double>() - psi) < 3 * run.at("psi_error").get<double>() + 1e-10);
+  }
+}
+
+TEST_CASE("stated errors: fixed steps whose error nobody asked for have none, not zero") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"gradient", COSTATE_SOURCE_DIR "/test/cases/ball_on_table.toml", "--no-files",
+                               "--formulation", "index3", "--method", "discrete-adjoint"},
+                              here.path());
+  CHECK(j.at("psi_error").is_null());
+}

@@ -145,3 +145,30 @@ TEST_CASE("joint outputs: a body that the start turns away from its orientation 
                          std::sin(1.0), std::cos(1.0)))
             .empty());
 }
+
+// The rows hold with axes opposite as well: a weld half a turn from what the scene says, or an angle that counts the
+// other way, of a guess that is nearer to that.
+TEST_CASE("joint outputs: axes that the start leaves opposite to each other are told of") {
+  const auto said = [](const std::string& joint, const std::string& pose) {
+    const Scene scene = Scene::parse(
+        kGravity + body_at_origin(pose) + "[" + joint + ".h]\npoints = [\"O\", \"B\"]\naxis_first = [0, 0, 1]\n" +
+            (joint == "hinge" ? "angle = \"h\"\nnormal_first = [1, 0, 0]\nnormal_second = [1, 0, 0]\n"
+                                "[start]\ngiven = [\"h.angle\"]\n"
+                              : "normal_first = [1, 0, 0]\nnormal_second = [1, 0, 0]\n[start]\ngiven = []\n"),
+        "s.toml");
+    Assembly assembly(scene.mechanism(), ParameterSelection{});
+    return start_remarks(assembly, find_start(assembly, 0, false));
+  };
+  const std::string upright = "rotation_axis = [1, 0.1, 0]\nangle_rad = 0.1\n",
+                    flipped = "rotation_axis = [1, 0, 0]\nangle_rad = 3.0\n",
+                    turned = "rotation_axis = [0, 0, 1]\nangle_rad = 3.0\n";
+  for (const auto& [joint, pose] : {std::pair{"fixed", flipped}, {"fixed", turned}, {"hinge", flipped}}) {
+    CAPTURE(joint, pose);
+    const auto remarks = said(joint, pose);
+    REQUIRE(!remarks.empty());
+    CHECK_THAT(remarks.back(), Contains(std::string(joint) + ".h") && Contains("opposite to each other"));
+  }
+  CHECK(said("fixed", upright).empty());
+  CHECK(said("hinge", upright).empty());
+  CHECK(said("hinge", turned).empty());  // by its angle
+}

@@ -14,6 +14,7 @@ TEST_CASE("errors: near names", "[error]") {
   CHECK(nearest_name("L01", {}).empty());
   CHECK(nearest_name("Q", {"A"}).empty());  // no letter in common
   CHECK(nearest_name("", {"ab"}).empty());
+  CHECK(nearest_name("force.f.work", {"z.force.f.work", "f.work"}) == "f.work");  // by its element's path
   CHECK(nearest_name("QA", {"A"}) == "A");
 }
 

@@ -8,7 +8,9 @@
 #include <set>
 
 #include "costate/analysis/mechanism_size.h"
+#include "costate/element/constraint/directions.h"
 #include "costate/element/constraint/euler_norm.h"
+#include "costate/element/constraint/turn_angle.h"
 
 namespace costate {
 
@@ -46,6 +48,31 @@ void add_turned_bodies(const Assembly& assembly, const Start& start, std::vector
         turned[k].second, -turned[k].first * 180 / std::numbers::pi));
 }
 
+/// Rows that hold axes together hold as well where these are opposite: a guess that is turned by more than a quarter of
+/// a turn from what the scene says leads there. Where neither the sense of an axis nor a normal counts, nothing is
+/// said.
+void add_opposite_axes(const Assembly& assembly, const Start& start, std::vector<std::string>& remarks) {
+  const Mechanism& m = assembly.mechanism();
+  std::set<std::string> with_angle;
+  for (const auto& c : m.constraints())
+    if (dynamic_cast<const TurnAngleConstraint*>(c.get())) with_angle.insert(c->path());
+  for (const auto& c : m.constraints()) {
+    const auto* directions = dynamic_cast<const DirectionsConstraint*>(c.get());
+    if (!directions ||
+        (directions->condition() != DirectionsConstraint::Condition::aligned &&
+         !(directions->condition() == DirectionsConstraint::Condition::parallel && with_angle.contains(c->path()))))
+      continue;
+    std::vector<double> q, p;
+    for (const int i : c->coordinates()) q.push_back(start.q[i]);
+    for (const int k : c->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(k)]);
+    if (directions->agreement(q.data(), p.data()) < 0)
+      remarks.push_back(fmt::format(
+          "The start has axes or normals of '{}' opposite to each other, half a turn from what the scene says of them: "
+          "the first guess of its bodies is nearer to that. Turn the guess, or an axis.",
+          c->path()));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> start_remarks(const Assembly& assembly, const Start& start) {
@@ -74,6 +101,7 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
         c.name, start.q[i], c.unit, assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
   }
   add_turned_bodies(assembly, start, remarks);
+  add_opposite_axes(assembly, start, remarks);
   // A rate that was written and is not the one that the motion starts with: rates that are given determine it.
   constexpr double kOtherRate = 1e-3, kRounding = 1e-13;  // of the rate itself, of the largest
   const double rounding = kRounding * (start.v.size() > 0 ? start.v.cwiseAbs().maxCoeff() : 0);

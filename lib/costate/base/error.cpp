@@ -47,6 +47,11 @@ std::string synonym(const std::string& name, const std::vector<std::string>& can
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   if (const std::string same = synonym(std::string(name), candidates); !same.empty()) return same;
+  // An output by the path of its element: "force.f.work" of "f.work".
+  if (const auto dot = name.find('.'); dot != std::string_view::npos)
+    if (const auto rest = std::find(candidates.begin(), candidates.end(), name.substr(dot + 1));
+        rest != candidates.end())
+      return *rest;
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, name.size() / 3) + 1;
   for (const auto& c : candidates) {

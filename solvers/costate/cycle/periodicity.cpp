@@ -4,19 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "costate/base/error.h"
 #include "costate/cycle/return_map.h"
+#include "costate/element/gap_element.h"
+#include "costate/event/gap_trace.h"
 
 namespace costate {
 
 namespace {
 /// What acts at one time: forces and constraints, their derivatives by the state, and by the parameters.
 struct Terms {
-  std::vector<double> values, slopes;
+  std::vector<double> values, slopes, gaps;
   Eigen::MatrixXd columns;
 };
+
+/// Of what may touch, whether it does or not at this state: a post that moves under a ball in the air is no force.
+std::vector<double> gaps_at(const StateView& s, const Assembly& assembly) {
+  std::vector<double> values;
+  for (const auto& f : assembly.mechanism().forces())
+    if (const auto* gaps = dynamic_cast<const GapElement*>(f.get()))
+      for (int i = 0; i < gaps->gap_count(); ++i) values.push_back(GapTrace(*f, *gaps, i).look(s, assembly).m.gap);
+  return values;
+}
+
+/// Positions a period later: angles that a driver of their own has turned by whole turns meanwhile stand that far on.
+std::vector<double> turned_by_drivers(const std::vector<double>& q, const std::vector<double>& phi_now,
+                                      const std::vector<double>& phi_then, const Mechanism& mechanism) {
+  constexpr double kTurn = 2 * std::numbers::pi, kWhole = 1e-9;
+  std::vector<double> turned = q;
+  for (std::size_t c = 0; c < mechanism.constraints().size(); ++c) {
+    const Constraint& driver = *mechanism.constraints()[c];
+    if (!driver.rheonomic() || driver.rows() != 1 || driver.coordinates().size() != 1) continue;
+    const int i = driver.coordinates().front();
+    const auto row = static_cast<std::size_t>(mechanism.row_offsets()[c]);
+    const double by = phi_now[row] - phi_then[row], turns = std::round(by / kTurn);
+    if (mechanism.coordinates()[static_cast<std::size_t>(i)].unit == "rad" && turns != 0 &&
+        std::abs(by - turns * kTurn) < kWhole * std::abs(by))
+      turned[static_cast<std::size_t>(i)] += by;
+  }
+  return turned;
+}
 }  // namespace
 
 void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const {
@@ -29,19 +59,32 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
   const double span = period ? *period : p.solver.t_end - p.solver.t_start;
   const std::vector<double> zero(static_cast<std::size_t>(assembly.n() + assembly.m()), 0.0);
   const int np = static_cast<int>(rho_.size());
-  const auto terms = [&](double t) {
+  const auto view = [&](double t, const std::vector<double>& q) {
     StateView s;
     s.t = t;
-    s.q = state.q.data();
+    s.q = q.data();
     s.v = state.v.data();
     s.z = state.z.data();
     s.a = s.lambda = zero.data();
+    return s;
+  };
+  const std::vector<double> here(state.q.begin(), state.q.end());
+  std::vector<double> later = here;
+  if (period) {
+    assembly.calc_dynamics(view(p.solver.t_start, here));
+    const std::vector<double> phi(assembly.phi.begin(), assembly.phi.end());
+    assembly.calc_dynamics(view(p.solver.t_start + span, here));
+    later = turned_by_drivers(here, phi, {assembly.phi.begin(), assembly.phi.end()}, assembly.mechanism());
+  }
+  const auto terms = [&](double t, const std::vector<double>& q) {
+    const StateView s = view(t, q);
     assembly.calc_dynamics(s);
     assembly.calc_partials(s);
     Assembly::ParameterColumns c;
     assembly.resize(c);
     assembly.calc_parameter_columns(s, c);
     Terms r;
+    r.gaps = gaps_at(s, assembly);
     for (const auto* part : {&assembly.Q, &assembly.phi, &assembly.phi_t, &assembly.bias, &assembly.zdot})
       r.values.insert(r.values.end(), part->begin(), part->end());
     for (const auto* part : {&assembly.K, &assembly.C, &assembly.Q_z, &assembly.f_q, &assembly.f_v, &assembly.f_z})
@@ -54,20 +97,33 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
   constexpr double kSame = 1e-7;
   const std::vector<double> parts = {0.0, 0.1379, 0.3417, 0.5731, 0.8123};
   std::vector<Terms> now, then;
-  double size = 0, slope_size = 0;
+  double size = 0, slope_size = 0, gap_size = 0;
   Eigen::VectorXd column_size = Eigen::VectorXd::Zero(np);
   for (const double part : parts) {
     const double t = p.solver.t_start + part * span;
-    now.push_back(terms(t));
-    then.push_back(terms(t + (period ? span : 0.4391 * span)));
+    now.push_back(terms(t, here));
+    then.push_back(terms(t + (period ? span : 0.4391 * span), later));
     for (const auto* side : {&now.back(), &then.back()}) {
       for (const double f : side->values) size = std::max(size, std::abs(f));
+      for (const double g : side->gaps) gap_size = std::max(gap_size, std::abs(g));
       for (const double f : side->slopes) slope_size = std::max(slope_size, std::abs(f));
       for (int j = 0; j < np; ++j)
         if (side->columns.rows() > 0)
           column_size[j] = std::max(column_size[j], side->columns.col(j).cwiseAbs().maxCoeff());
     }
   }
+  // What parameters do to open gaps is in no column: whether they still repeat themselves where one is another.
+  const auto moves_gaps_apart = [&](int j, double t) {
+    if (gap_size == 0) return false;
+    std::vector<double> moved = values;
+    moved[static_cast<std::size_t>(j)] += 1e-3 * p.parameters.parameters[static_cast<std::size_t>(j)].scale;
+    assembly.set_parameters(moved.data());
+    const std::vector<double> a = gaps_at(view(t, here), assembly), b = gaps_at(view(t + span, later), assembly);
+    assembly.set_parameters(values.data());
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (std::abs(a[i] - b[i]) > kSame * gap_size) return true;
+    return false;
+  };
   bool depends = false;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     double most = 0;  // of what they are
@@ -81,6 +137,7 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     compare(now[k].values, then[k].values, now[0].values, size);
     // A stiffness that changes in time is no force where the start is at rest in it.
     compare(now[k].slopes, then[k].slopes, now[0].slopes, slope_size);
+    compare(now[k].gaps, then[k].gaps, now[0].gaps, gap_size);
     if (most > kSame)
       throw ModelError(period ? "cycle.period_s" : "cycle.section",
                        period ? fmt::format("Forces or constraints at t = {:g} s and {:g} s later differ by {:.2g} of "
@@ -89,8 +146,9 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
                               : "Forces or constraints depend on time, so that a state at the section does not say how "
                                 "the motion goes on. Give 'period_s' in the place of 'section'.");
     for (int j = 0; period && j < np; ++j)
-      if (column_size[j] > 0 &&
-          (now[k].columns.col(j) - then[k].columns.col(j)).cwiseAbs().maxCoeff() > kSame * column_size[j])
+      if ((column_size[j] > 0 &&
+           (now[k].columns.col(j) - then[k].columns.col(j)).cwiseAbs().maxCoeff() > kSame * column_size[j]) ||
+          moves_gaps_apart(j, p.solver.t_start + parts[k] * span))
         throw ModelError("cycle.period_s",
                          fmt::format("Parameter '{}' changes the period of the forces, while 'period_s' is a fixed "
                                      "number: the cycle has no derivative by it. Leave it out of the parameters.",

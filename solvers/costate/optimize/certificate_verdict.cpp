@@ -32,7 +32,10 @@ void judge(Certificate& c, bool curvature) {
         fmt::join(by, ", "), by.size() == 1 ? "it" : "them all");
   } else if (!(c.kkt_residual <= c.tolerance)) {
     c.kind = Kind::not_stationary;
-    c.verdict = fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
+    c.verdict = fmt::format(
+        "not stationary: {}; more evaluations or a smaller tolerance may go on, unless psi has a kink there (abs, max, "
+        "contacts).",
+        residual);
   } else if (!curvature) {
     c.kind = Kind::stationary;
     c.verdict = fmt::format("stationary: {}; of the curvature nothing is known.", residual);

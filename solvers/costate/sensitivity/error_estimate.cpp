@@ -107,12 +107,13 @@ void add_least(const Problem& problem, const Simulation& result, bool fixed, Err
 
 /// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
 /// tenths of it away. `run` is the same run of another problem.
+constexpr double kTakenAway = 0.9;
 template <class Result, class Run>
 void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e, const Run& run) {
   if (!has_soft_constraints(problem.formulation)) return;
   const ErrorEstimate softness = apart(result, run(with_firmer_constraints(problem)));
-  e.psi += softness.psi / 0.9;
-  for (std::size_t j = 0; j < e.gradient.size(); ++j) e.gradient[j] += softness.gradient[j] / 0.9;
+  e.psi += softness.psi / kTakenAway;
+  for (std::size_t j = 0; j < e.gradient.size(); ++j) e.gradient[j] += softness.gradient[j] / kTakenAway;
 }
 
 /// How many times as much as the forces themselves at the start their largest scaled derivative by a parameter is. The
@@ -161,7 +162,36 @@ void tell_if_sensitive(const Problem& problem, double psi, const std::vector<dou
       rtol, kFirst * rtol, of_psi >= of_gradient ? "psi" : "the gradient", std::max(of_psi, of_gradient)));
 }
 
+// Of a row's error, parts of its own length, what psi and a gradient change by at most as a rule, in parts of theirs; and
+// what a result whose error is not known is taken to be off by, in tolerances.
+constexpr double kOfPsi = 30, kOfGradient = 100, kNotKnown = 30;
+
+/// Whether what soft constraints do to a result is below the error that it is known with anyway.
+bool drift_is_stated(const Problem& problem, double drift, const Simulation& result) {
+  const double psi = std::abs(result.psi),
+               known = result.known_error ? result.known_error->psi : kNotKnown * problem.solver.rtol * psi;
+  return kOfPsi * drift * psi <= known;
+}
+bool drift_is_stated(const Problem& problem, double drift, const GradientResult& result, double size) {
+  if (!drift_is_stated(problem, drift, result)) return false;
+  const double known = result.known_error ? largest_scaled(problem.parameters, result.known_error->gradient)
+                                          : kNotKnown * problem.solver.rtol * size;
+  return kOfGradient * drift * size <= known;
+}
+
 }  // namespace
+
+void widen_by_softness(const Problem& problem, const std::vector<double>& rho, double drift, Simulation& result) {
+  if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty() ||
+      drift_is_stated(problem, drift, result))
+    return;
+  try {
+    const Unsaid another;
+    widen_error(result, (result.psi - simulate(with_firmer_constraints(problem), rho).psi) / kTakenAway);
+  } catch (const SolverError&) {
+    // Nothing more is known.
+  }
+}
 
 void watch_penalty(const Problem& problem, const std::vector<double>& rho, GradientResult& result, double drift,
                    const std::function<GradientResult(const Problem&)>& run) {
@@ -175,10 +205,11 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   const bool large = alpha > kLarge * usual;
   const double size = gradient_size(problem.parameters, result.psi, result.gradient), of_psi = std::abs(result.psi),
                unsaid = std::min(kDrift * (size < of_psi ? size / of_psi : 1.0), kSaid * of_psi);
-  if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
+  const bool stated = drift_is_stated(problem, drift, result, size);
+  if (stated && !large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
-  constexpr double share = 0.9;
+  constexpr double share = kTakenAway;
   const double allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   ErrorEstimate e;
   double psi = 0, gradient = 0;
@@ -190,7 +221,13 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   };
   try {
     const Unsaid another;
-    if (!is_more(result, run(other))) return;
+    const bool more = is_more(result, run(other));
+    if (!more) {
+      // What is no reason for a word is part of the error that is stated.
+      for (double& error : e.gradient) error /= share;
+      widen_error(result, e.psi / share, e.gradient);
+      return;
+    }
     if (!problem.solver.resolve) {  // two gradients that are not resolved differ by their errors as well
       Problem own = problem;
       own.solver.resolve = other.solver.resolve = true;

@@ -12,6 +12,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
 #include "costate/integrator/integrators.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/confirmation.h"
@@ -233,7 +234,9 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
   const TradeProbe probe(problem, rho, confirmed_outputs(problem, asked), samples);
   GradientResult r;
   const TradeValues values = probe.run(problem, "", &r, &to);
+  const double drift = last_drift();
   confirm_motion(probe, problem, values, &r);
+  widen_by_softness(problem, rho, drift, r);
   watch_soft_end(problem, rho, r);
   if (Problem finer = problem; !problem.objective.running.empty() && resolve_small_psi(finer, std::abs(r.psi))) try {
       const Unsaid another;

@@ -1,5 +1,7 @@
 #include "costate/element/constraint/directions.h"
 
+#include <cmath>
+
 namespace costate {
 
 /// The components of all rows as vectors.
@@ -98,6 +100,23 @@ void DirectionsConstraint::calc_partials(const LocalState& s, LocalMatrix& hessi
     phidd_q.row(k).head(n) = w.transpose() * Bia + 2 * wv.transpose() * Biv + wa.transpose() * Bi;
     phidd_q.row(k).tail(m) = u.transpose() * Bja + 2 * uv.transpose() * Bjv + ua.transpose() * Bj;
   }
+}
+
+double DirectionsConstraint::agreement(const double* q, const double* p) const {
+  const auto cosine = [&](const double* s, const double* t) {
+    double u[3], w[3];
+    i_.value(q, s, u);
+    j_.value(q + i_.size(), t, w);
+    return dot3(u, w) / std::sqrt(dot3(u, u) * dot3(w, w));
+  };
+  double least = cosine(p, p + 3);
+  if (condition_ == Condition::aligned) {
+    double s[3], t[3];
+    cross3(p, p + 6, s);
+    cross3(p + 3, p + 9, t);
+    least = std::min(least, cosine(s, t));
+  }
+  return least;
 }
 
 }  // namespace costate

@@ -43,6 +43,10 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
     return {{"moment_x", "N m", true}, {"moment_y", "N m", true}, {"moment_z", "N m", true}};
   }
   PathDual measure(int i, const MeasureArguments& x) const override;
+  Condition condition() const { return condition_; }
+  /// The least cosine between the axes, and of aligned ones between the normals (as a x n): 1, or -1 where the rows
+  /// hold with a pair of them opposite.
+  double agreement(const double* q, const double* p) const;
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
   void calc_phi_t(const LocalState&, double*) const override {}

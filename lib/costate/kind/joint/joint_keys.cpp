@@ -46,14 +46,15 @@ const KindKeys fixed_keys("fixed", {{"points", "one point of each of two bodies,
                                     {"normal_first, normal_second",
                                      "directions across the axes that are parallel where the angle is zero"}});
 
-const KindKeys hinge_keys("hinge", {{"points", "one point of each of two bodies, or of a body and the ground"},
-                                    {"axis_first", "[x, y, z]: the axis in the frame of the first point's body"},
-                                    {"axis_second", "the same in the second body's frame; by default the same numbers"},
-                                    {"angle", "name of a coordinate NAME.angle, where there is to be one"},
-                                    {"angle_rad", "its first value; by default that of the first poses"},
-                                    {"angular_velocity_rad_per_s", "its rate at the start"},
-                                    {"normal_first, normal_second",
-                                     "directions across the axes that are parallel where the angle is zero"}});
+const KindKeys hinge_keys("hinge",
+                          {{"points", "one point of each of two bodies, or of a body and the ground"},
+                           {"axis_first", "[x, y, z]: the axis in the frame of the first point's body"},
+                           {"axis_second", "the same in the second body's frame; by default the same numbers"},
+                           {"angle", "name of a coordinate NAME.angle, where there is to be one"},
+                           {"angle_rad", "its first value; by default that of the first poses, within half a turn"},
+                           {"angular_velocity_rad_per_s", "its rate at the start"},
+                           {"normal_first, normal_second",
+                            "directions across the axes that are parallel where the angle is zero"}});
 
 const KindKeys universal_keys("universal",
                               {{"points", "one point of each of two bodies, or of a body and the ground"},
@@ -84,18 +85,18 @@ const KindKeys prismatic_keys("prismatic",
 
 const KindKeys revolute_keys("revolute", {{"points", "names of the two points"}});
 
-const KindKeys cylindrical_keys("cylindrical",
-                                {{"points", "one point of each of two bodies, or of a body and the ground"},
-                                 {"axis_first", "[x, y, z]: the axis in the frame of the first point's body"},
-                                 {"axis_second", "the same in the second body's frame; by default the same numbers"},
-                                 {"angle", "name of a coordinate NAME.angle, where there is to be one"},
-                                 {"angle_rad", "its first value; by default that of the first poses"},
-                                 {"angular_velocity_rad_per_s", "its rate at the start"},
-                                 {"displacement", "name of a coordinate NAME.displacement, where there is to be one"},
-                                 {"displacement_m", "its first value; by default that of the first poses"},
-                                 {"velocity_m_per_s", "its rate at the start"},
-                                 {"normal_first, normal_second",
-                                  "directions across the axes that are parallel where the angle is zero"}});
+const KindKeys cylindrical_keys(
+    "cylindrical",
+    {{"points", "one point of each of two bodies, or of a body and the ground"},
+     {"axis_first", "[x, y, z]: the axis in the frame of the first point's body"},
+     {"axis_second", "the same in the second body's frame; by default the same numbers"},
+     {"angle", "name of a coordinate NAME.angle, where there is to be one"},
+     {"angle_rad", "its first value; by default that of the first poses, within half a turn"},
+     {"angular_velocity_rad_per_s", "its rate at the start"},
+     {"displacement", "name of a coordinate NAME.displacement, where there is to be one"},
+     {"displacement_m", "its first value; by default that of the first poses"},
+     {"velocity_m_per_s", "its rate at the start"},
+     {"normal_first, normal_second", "directions across the axes that are parallel where the angle is zero"}});
 
 const KindKeys translational_keys("translational",
                                   {{"points", "one point of each of two bodies, or of a body and the ground"},

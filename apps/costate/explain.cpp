@@ -230,7 +230,8 @@ class Explain {
 
   std::string text() const {
     const Mechanism& m = mechanism();
-    std::string t = fmt::format("{}\n  {} on {}: {} unknowns of the integrator\n", setup_.scene.title,
+    std::string t = fmt::format("{}\n  {} on {}: {} unknowns of the integrator\n",
+                                setup_.scene.title.empty() ? setup_.scene.file_name() : setup_.scene.title,
                                 setup_.problem.formulation, result_.integrator, unknowns_);
     t += fmt::format("  {} coordinates ({}), {} constraint rows, {} force states; {} degrees of freedom\n",
                      m.coordinate_count(), by_unit(m), m.row_count(), m.state_count(), freedom_);

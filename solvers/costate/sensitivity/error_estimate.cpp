@@ -162,8 +162,8 @@ void tell_if_sensitive(const Problem& problem, double psi, const std::vector<dou
       rtol, kFirst * rtol, of_psi >= of_gradient ? "psi" : "the gradient", std::max(of_psi, of_gradient)));
 }
 
-// Of a row's error, parts of its own length, what psi and a gradient change by at most as a rule, in parts of theirs; and
-// what a result whose error is not known is taken to be off by, in tolerances.
+// Of a row's error, parts of its own length, what psi and a gradient change by at most as a rule, in parts of theirs;
+// and what a result whose error is not known is taken to be off by, in tolerances.
 constexpr double kOfPsi = 30, kOfGradient = 100, kNotKnown = 30;
 
 /// Whether what soft constraints do to a result is below the error that it is known with anyway.

@@ -33,8 +33,8 @@ Problem with_firmer_constraints(const Problem& problem);
 /// gradient by more than some 1e-4, or where rounding does, as redundant rows under a large weight. Another run
 /// (`run` makes it, as the gradient was made) tells, with another weight; it is made where rows are off by more than a
 /// tolerance's part (`drift`, in lengths or lengths a second; infinite for motions that make much of it), or are so
-/// times what parameters make of forces, or the weight is the user's and large; or where a hundred times that drift is more
-/// than the result's known error, which then holds the difference.
+/// times what parameters make of forces, or the weight is the user's and large; or where a hundred times that drift is
+/// more than the result's known error, which then holds the difference.
 void watch_penalty(const Problem& problem, const std::vector<double>& rho, GradientResult& result, double drift,
                    const std::function<GradientResult(const Problem&)>& run);
 

@@ -31,7 +31,9 @@ class RowJudge {
     if (by_fixed_steps(p_, find_sensitivity_method(method_))) {
       judge_discrete();
     } else if (!within(error_, strict_)) {
-      if (!by_own_estimate() && !by_reference_without_digits() && !by_softness() && !by_tolerance())
+      // What a weight does first, of which the estimate is a part.
+      const bool soft = y_.has_digits && by_softness();
+      if (!soft && !by_own_estimate() && !by_reference_without_digits() && !by_tolerance())
         j_.verdict = Verdict::disagreement;
     }
     return j_;

@@ -150,8 +150,9 @@ TEST_CASE("held parameters: redundant rows that a parameter does not move just a
       p.formulation = formulation;
       p.solver.integrator.clear();
       CAPTURE(name, formulation, method);
-      CHECK_THROWS_WITH(gradient(p, method, p.parameters.values()),
-                        Contains(std::string("'") + parameter + "' cannot vary alone"));
+      for (int again = 0; again < 2; ++again)
+        CHECK_THROWS_WITH(gradient(p, method, p.parameters.values()),
+                          Contains(std::string("'") + parameter + "' cannot vary alone"));
       take_notices();
     }
   // What moves together may: psi = z = l/(2 pi) angle, the lead of both screws.

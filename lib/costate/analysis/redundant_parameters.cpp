@@ -5,6 +5,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "costate/analysis/closing_path.h"
 #include "costate/analysis/start.h"
@@ -16,8 +19,9 @@ namespace costate {
 namespace {
 // Of what a parameter changes the rows by: what redundant rows may leave of it, for start errors and rounding.
 constexpr double kLeft = 1e-6;
-// Beyond so many rows a dense factorization takes longer than a run, and some tens of them beyond so few.
-constexpr int kMostRows = 1500, kFewRows = 150;
+// Beyond so many rows a dense factorization takes longer than a run, some of them beyond kManyRows, and some tens
+// beyond kFewRows.
+constexpr int kMostRows = 1500, kManyRows = 500, kFewRows = 150;
 constexpr int kTimes = 16;              // looks between the start and the end
 constexpr int kMostIterations = 40;     // of a way to positions
 constexpr double kDependentOff = 1e-6;  // rows that depend on each other so nearly are one, off the positions
@@ -33,6 +37,18 @@ bool moves_constraints(const Assembly& assembly) {
     });
   });
 }
+
+/// What was looked at last and found to hold. What parameters move is a matter of their numbers, not of their values,
+/// of which an optimization has many.
+struct Looked {
+  std::weak_ptr<const Mechanism> mechanism;
+  std::vector<std::string> names;
+  double t = 0, t_end = 0;
+  bool is(const Looked& other) const {
+    return mechanism.lock() && mechanism.lock() == other.mechanism.lock() && names == other.names && t == other.t &&
+           t_end == other.t_end;
+  }
+};
 
 /// Positions that meet the constraints, and what parameters do to them there.
 class Positions {
@@ -121,7 +137,10 @@ void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   if (counted && rows + static_cast<int>(m.given_positions().size()) <= n) return;
   const Start start = find_start(assembly, t, false);
   Positions positions(assembly, start);
-  if (!positions.require(t, start.q)) return;
+  if (!positions.require(t, start.q) || rows > kManyRows) return;
+  thread_local Looked last;
+  const Looked now{assembly.mechanism_ptr(), assembly.parameters().names(), t, t_end};
+  if (now.is(last)) return;
   // Beside the start, along what the rows leave free: no place of the mechanism's own.
   const StepLength length(assembly, start.q);
   Eigen::VectorXd d(n);
@@ -138,12 +157,13 @@ void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   }
   // Where the drivers lead.
   Eigen::VectorXd q = start.q;
-  const int times = rows <= kFewRows ? kTimes : 2;
+  const int times = rows <= kFewRows ? kTimes : 0;
   for (int k = 1; k <= times; ++k) {
     const double at = t + (t_end - t) * (k - 0.382) / kTimes;
-    if (!positions.close(at, q)) return;
+    if (!positions.close(at, q)) break;
     positions.require(at, q);
   }
+  last = now;
 }
 
 }  // namespace costate

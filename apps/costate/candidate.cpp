@@ -9,6 +9,7 @@
 #include "costate/candidate/candidate_process.h"
 #include "costate/problem/scaled_gradient.h"
 #include "costate/record/print.h"
+#include "page_parts.h"
 
 namespace costate::app {
 
@@ -30,9 +31,7 @@ std::string blind_text(const CandidateReport& r) {
 }
 
 std::string text_of(const CandidateReport& r, const Setup& setup, const std::string& file) {
-  std::string text =
-      fmt::format("{}, candidate {} for formulation {}\n",
-                  setup.scene.title.empty() ? setup.scene.file_name() : setup.scene.title, file, r.formulation);
+  std::string text = fmt::format("{}, candidate {} for formulation {}\n", title_of(setup), file, r.formulation);
   const auto& p = setup.problem.parameters.parameters;
   if (!r.gradient.empty()) {
     text += fmt::format("  {:<24} {:>20} {:>20} {:>10}\n", "parameter", "candidate", r.method, "error");

@@ -29,6 +29,7 @@
 #include "digits.h"
 #include "guide.h"
 #include "page/command_pages.h"
+#include "page_parts.h"
 #include "run_pages.h"
 #include "trajectory.h"
 
@@ -260,9 +261,8 @@ class Check {
                       {"differences_own_estimate", reference_.proven ? Json(reference_.estimate) : Json(nullptr)}};
     if (!reference_.note.empty()) j["reference"]["note"] = reference_.note;
     j["rows"] = Json::array();
-    std::string text = fmt::format("{}, rtol {:g}, {} parameter{}\n",
-                                   setup_.scene.title.empty() ? setup_.scene.file_name() : setup_.scene.title,
-                                   setup_.problem.solver.rtol, setup_.rho.size(), setup_.rho.size() == 1 ? "" : "s");
+    std::string text = fmt::format("{}, rtol {:g}, {} parameter{}\n", title_of(setup_), setup_.problem.solver.rtol,
+                                   setup_.rho.size(), setup_.rho.size() == 1 ? "" : "s");
     text += fmt::format(
         "reference: {} x {}, {}{}\n", y.formulation, y.method, y.rtol < setup_.problem.solver.rtol ? "tighter; " : "",
         reference_.proven

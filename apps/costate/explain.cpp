@@ -13,7 +13,6 @@
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
-#include "costate/problem/scene_problem.h"
 #include "costate/record/atomic_file.h"
 #include "costate/tradeoff/stopwatch.h"
 #include "explain/explain_motion.h"
@@ -24,6 +23,7 @@
 #include "explain_parts.h"
 #include "named_outputs.h"
 #include "page/command_pages.h"
+#include "page_parts.h"
 #include "run_pages.h"
 #include "trajectory.h"
 
@@ -230,8 +230,7 @@ class Explain {
 
   std::string text() const {
     const Mechanism& m = mechanism();
-    std::string t = fmt::format("{}\n  {} on {}: {} unknowns of the integrator\n",
-                                setup_.scene.title.empty() ? setup_.scene.file_name() : setup_.scene.title,
+    std::string t = fmt::format("{}\n  {} on {}: {} unknowns of the integrator\n", title_of(setup_),
                                 setup_.problem.formulation, result_.integrator, unknowns_);
     t += fmt::format("  {} coordinates ({}), {} constraint rows, {} force states; {} degrees of freedom\n",
                      m.coordinate_count(), by_unit(m), m.row_count(), m.state_count(), freedom_);

@@ -58,7 +58,7 @@ class MergedWriter {
     Assembly assembly(setup.problem.mechanism, setup.problem.parameters);
     assembly.set_parameters(setup.rho.data());
     start_ = find_start(assembly, setup.problem.solver.t_start, false);
-    groups_ = weld_groups(setup, root_);
+    groups_ = weld_groups(m_, start_, root_);
   }
 
   MergedScene scene() {

@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
+#include "body_frame.h"
 #include "costate/analysis/start.h"
-#include "costate/element/point/rotation.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
 
@@ -98,24 +98,8 @@ class PlaneWriter {
   void add_body(const std::string& kind, const SceneNode& t) {
     const std::string &name = t.key, from = kind + "." + name + ".", to = "body." + name + ".";
     Frame f;
-    Eigen::Matrix3d rates;
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 unit = Vector3::Unit(k);
-      if (kind == "rigid_body") {
-        double p[4], w[4];
-        for (int i = 0; i < 4; ++i) {
-          p[i] = q(fmt::format("{}.e{}", name, i));
-          w[i] = v(fmt::format("{}.e{}", name, i));
-        }
-        rotated(p, unit.data(), f.A.col(k).data());
-        rotated_rate(p, w, unit.data(), rates.col(k).data());
-      } else {
-        for (int i = 0; i < 3; ++i) {
-          f.A(i, k) = q(fmt::format("{}.u{}{}", name, k + 1, letter(i)));
-          rates(i, k) = v(fmt::format("{}.u{}{}", name, k + 1, letter(i)));
-        }
-      }
-    }
+    const BodyFrame frame = body_frame(m_, start_, kind, name);
+    f.A = frame.A;
     const Eigen::Vector3d along = f.A.row(normal_);
     Eigen::Index k = 0;
     if (along.cwiseAbs().maxCoeff(&k) < 1 - kAlong)
@@ -131,7 +115,7 @@ class PlaneWriter {
       move(fmt::format("{}center_{}_m", from, own), fmt::format("{}center_{}_m", to, c),
            number(fmt::format("{}center_{}_m", from, own)));
     }
-    const Eigen::Vector3d x = f.A.col(f.local(0)), rate = rates.col(f.local(0));
+    const Eigen::Vector3d x = f.A.col(f.local(0)), rate = frame.rate.col(f.local(0));
     set(to + "angle_rad", std::atan2(x[axis(1)], x[axis(0)]));
     set(to + "angular_velocity_rad_per_s", x[axis(0)] * rate[axis(1)] - x[axis(1)] * rate[axis(0)]);
     move(from + "mass_kg", to + "mass_kg", number(from + "mass_kg"));

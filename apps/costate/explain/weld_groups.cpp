@@ -7,8 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "costate/analysis/start.h"
-#include "costate/element/point/rotation.h"
+#include "body_frame.h"
 
 namespace costate::app {
 
@@ -32,25 +31,6 @@ bool is_of_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) || 
 std::string carrier(const SceneNode& scene, const std::string& point) {
   const SceneNode* on = find_node(scene, "point." + point + ".on");
   return on ? on->text : "";
-}
-
-struct Pose {
-  Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d r = Eigen::Vector3d::Zero();
-};
-
-Pose pose_of(const Mechanism& m, const Start& start, const std::string& kind, const std::string& name) {
-  const auto q = [&](const std::string& c) { return start.q[m.coordinate(name + "." + c)]; };
-  Pose pose;
-  pose.r = {q("x"), q("y"), q("z")};
-  for (int k = 0; k < 3; ++k)
-    if (kind == "natural_body") {
-      for (int i = 0; i < 3; ++i) pose.A(i, k) = q(fmt::format("u{}{}", k + 1, "xyz"[i]));
-    } else {
-      const double p[4] = {q("e0"), q("e1"), q("e2"), q("e3")};
-      rotated(p, Vector3(Vector3::Unit(k)).data(), pose.A.col(k).data());
-    }
-  return pose;
 }
 
 /// Names of bodies as nodes of a graph; the ground is "".
@@ -180,7 +160,8 @@ std::string body_output(const std::vector<std::string>& parts) {
   return kNames.contains(output) ? output : "";
 }
 
-WeldGroups weld_groups(const Setup& setup, SceneNode& scene) {
+WeldGroups weld_groups(const Mechanism& m, const Start& start, SceneNode& scene) {
+  const BodyFrame ground{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero()};
   WeldGroups result;
   const SceneNode* welds = scene.find("fixed");
   if (!welds) return result;
@@ -212,15 +193,11 @@ WeldGroups weld_groups(const Setup& setup, SceneNode& scene) {
     const auto [at, first] = stays.try_emplace(root, name);
     if (!first && said(name) > said(at->second)) at->second = name;
   }
-  Assembly assembly(setup.problem.mechanism, setup.problem.parameters);
-  assembly.set_parameters(setup.rho.data());
-  const Start start = find_start(assembly, setup.problem.solver.t_start, false);
-  const Mechanism& m = *setup.problem.mechanism;
   for (const std::string& name : order) {
     const std::string root = groups.root(name), into = root.empty() ? "" : stays.at(root);
     if (into == name) continue;
-    const Pose own = pose_of(m, start, kinds.at(name), name),
-               other = into.empty() ? Pose() : pose_of(m, start, kinds.at(into), into);
+    const BodyFrame own = body_frame(m, start, kinds.at(name), name),
+                    other = into.empty() ? ground : body_frame(m, start, kinds.at(into), into);
     WeldedPart part{kinds.at(name), into, other.A.transpose() * own.A, other.A.transpose() * (own.r - other.r)};
     for (double& x : part.R.reshaped())
       for (const double whole : {-1.0, 0.0, 1.0})

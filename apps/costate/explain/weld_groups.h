@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "costate/command.h"
+#include "costate/analysis/start.h"
+#include "costate/mechanism/mechanism.h"
 #include "costate/scene/scene_node.h"
 
 namespace costate::app {
@@ -42,7 +43,7 @@ std::vector<std::string> split_name(const std::string& name);
 /// none.
 std::string body_output(const std::vector<std::string>& parts);
 
-/// Poses are those of the scene's start.
-WeldGroups weld_groups(const Setup& setup, SceneNode& scene);
+/// Of the scene that the mechanism was made of; poses are those of the start.
+WeldGroups weld_groups(const Mechanism& mechanism, const Start& start, SceneNode& scene);
 
 }  // namespace costate::app

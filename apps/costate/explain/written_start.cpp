@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "costate/element/point/rotation.h"
+#include "body_frame.h"
 #include "weld_groups.h"
 
 namespace costate::app {
@@ -32,25 +32,10 @@ class StartWriter {
   }
 
   void write_body(const std::string& kind, const std::string& name) {
-    Eigen::Matrix3d A, rate;
-    for (int k = 0; k < 3; ++k)
-      if (kind == "natural_body") {
-        for (int i = 0; i < 3; ++i) {
-          A(i, k) = q(fmt::format("{}.u{}{}", name, k + 1, "xyz"[i]));
-          rate(i, k) = v(fmt::format("{}.u{}{}", name, k + 1, "xyz"[i]));
-        }
-      } else {
-        double p[4], w[4];
-        for (int i = 0; i < 4; ++i) {
-          p[i] = q(fmt::format("{}.e{}", name, i));
-          w[i] = v(fmt::format("{}.e{}", name, i));
-        }
-        const Vector3 unit = Vector3::Unit(k);
-        rotated(p, unit.data(), A.col(k).data());
-        rotated_rate(p, w, unit.data(), rate.col(k).data());
-      }
-    const Eigen::Quaterniond e(A);
-    const Eigen::Matrix3d W = A.transpose() * rate;  // the cross matrix of the angular velocity in the body's frame
+    const BodyFrame frame = body_frame(m_, start_, kind, name);
+    const Eigen::Quaterniond e(frame.A);
+    const Eigen::Matrix3d W =
+        frame.A.transpose() * frame.rate;  // the cross matrix of the angular velocity in the body's frame
     const Eigen::Vector3d omega(W(2, 1), W(0, 2), W(1, 0));
     const std::string path = kind + "." + name;
     for (SceneNode& group : scene_.children)
@@ -60,7 +45,7 @@ class StartWriter {
         });
     for (int i = 0; i < 3; ++i) {
       const char letter = "xyz"[i];
-      write(fmt::format("{}.{}_m", path, letter), q(fmt::format("{}.{}", name, letter)));
+      write(fmt::format("{}.{}_m", path, letter), frame.r[i]);
       write(fmt::format("{}.v{}_m_per_s", path, letter), v(fmt::format("{}.{}", name, letter)));
       write(fmt::format("{}.omega_{}_rad_per_s", path, letter), omega[i]);
     }
@@ -96,7 +81,6 @@ class StartWriter {
 
  private:
   const Number& number(int k) const { return m_.numbers()[static_cast<std::size_t>(k)]; }
-  double q(const std::string& coordinate) const { return start_.q[m_.coordinate(coordinate)]; }
   double v(const std::string& coordinate) const { return start_.v[m_.coordinate(coordinate)]; }
   void write(const std::string& path, double value) {
     if (kept_.contains(path)) return;

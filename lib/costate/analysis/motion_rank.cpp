@@ -57,12 +57,30 @@ void MotionWatch::refuse_dependent_rows(double t) {
 }
 
 Eigen::VectorXd MotionWatch::singular_values() const {
-  if (assembly_.m() > kMostForRank) return {};
   return Eigen::BDCSVD<Eigen::MatrixXd>(to_dense(assembly_.jacobian(), scaled_.data())).singularValues();
 }
 
 int MotionWatch::rank_of(const Eigen::VectorXd& singular) {
   return static_cast<int>((singular.array() > kCounts).count());
+}
+
+int MotionWatch::first_rank() {
+  if (first_rank_ >= 0) return first_rank_;
+  const std::vector<double> at_rest(first_.q.size(), 0.0);
+  StateView s;
+  s.t = first_.t;
+  s.q = first_.q.data();
+  s.v = at_rest.data();
+  assembly_.calc_constraints(s);
+  calc_distances(distances_);
+  return first_rank_ = rank_of(singular_values());
+}
+
+bool MotionWatch::rank_has_risen(double t) {
+  if (assembly_.m() > kMostForRank) return true;
+  const int first = first_rank();
+  calc_distances_at(t);
+  return rank_of(singular_values()) > first;
 }
 
 bool MotionWatch::rank_falls(double from, double at, double to) {
@@ -72,7 +90,7 @@ bool MotionWatch::rank_falls(double from, double at, double to) {
     return singular_values();
   };
   const Eigen::VectorXd before = values(from), here = values(at), behind = values(to);
-  const int rank = std::max({rank_of(before), rank_of(behind), first_rank_});
+  const int rank = std::max({rank_of(before), rank_of(behind), first_rank()});
   if (rank == 0) return true;
   return here[rank - 1] < std::max(rank_limit_, kLeftOfRank * std::min(before[rank - 1], behind[rank - 1]));
 }

@@ -145,7 +145,8 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
   began_redundant_ = std::find(redundant_.begin(), redundant_.end(), 1) != redundant_.end();
   if (!began_redundant_) return;
   refuse_dependent_rows(t);
-  first_rank_ = rank_of(singular_values());
+  first_ = ring_.front();
+  first_rank_ = -1;
 }
 
 void MotionWatch::look_for_jumps(double t, const double* q, const double* v) {
@@ -243,8 +244,7 @@ void MotionWatch::look_for_minima(bool at_end) {
     if (redundant_[i]) {
       if (samples_[last].distance[i] < kSuspicious) continue;
       // Dependent at the start, and no longer: the start was the singular position, if no other row depends instead.
-      calc_distances_at(samples_[last].t);
-      if (rank_of(singular_values()) > first_rank_) events_.push_back({samples_.front().t, static_cast<int>(i), 0});
+      if (rank_has_risen(samples_[last].t)) events_.push_back({samples_.front().t, static_cast<int>(i), 0});
       redundant_[i] = 0;
       continue;
     }

@@ -90,10 +90,13 @@ class MotionWatch {
   void calc_distances_at(double t);
   double distance_at(int row, double t);
   void refuse_dependent_rows(double t);
-  /// Of the rows as they were last scaled to 1, largest first; none of very many rows.
+  /// Of the rows as they were last scaled to 1, largest first.
   Eigen::VectorXd singular_values() const;
   static int rank_of(const Eigen::VectorXd& singular);
-  /// Whether the rank that the rows have beside a place is lost, or nearly, there.
+  int first_rank();
+  /// Whether rows that began redundant have another rank than at the start; of very many rows it is taken to be so.
+  bool rank_has_risen(double t);
+  /// Whether the rank that the rows have beside a place is lost, or nearly, there; likewise.
   bool rank_falls(double from, double at, double to);
   void require_finite(double t, const double* q, const double* v) const;
   [[noreturn]] void torn(const Drift& drift) const;
@@ -109,12 +112,13 @@ class MotionWatch {
   double rank_limit_, drift_warning_, drift_error_;
   std::vector<char> redundant_;  // rows that depend on others at the start
   bool began_redundant_ = false;
-  int first_rank_ = 0;  // where rows are redundant at the start
   std::vector<double> row_size_, length_part_, angle_part_;
   std::vector<double> scaled_;  // Phi_q with rows of length 1
   RowProducts products_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
   bool analyzed_ = false;
+  Point first_;                  // the start, where rows are redundant there
+  int first_rank_ = -1;          // their rank, once it is asked for
   std::vector<Point> ring_;      // of the last steps
   std::size_t points_ = 0;       // ever put into it
   std::vector<Sample> samples_;  // the last three, oldest first

@@ -66,8 +66,6 @@ class Positions {
     assembly_.calc_parameter_columns(s, columns_);
     return to_dense(assembly_.jacobian(), assembly_.phi_q.data());
   }
-  const Eigen::MatrixXd& change() const { return columns_.phi; }
-
   /// Leads q to the nearest positions at time t, by Newton steps of least norm. False where there are none near.
   bool close(double t, Eigen::VectorXd& q) {
     const StepLength length(assembly_, q);
@@ -88,14 +86,19 @@ class Positions {
   /// Throws where redundant rows do not allow what a parameter does at q; returns whether any are redundant there.
   bool require(double t, const Eigen::VectorXd& q) {
     const Eigen::MatrixXd phi_q = jacobian(t, q);
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
-    factors.setThreshold(kRankOn);
-    factors.compute(phi_q);
-    if (factors.rank() == assembly_.m()) return false;
-    if (change().isZero(0)) return true;
-    const auto [j, row] = torn_parameter(change(), change() - phi_q * factors.solve(change()));
+    factors_.setThreshold(kRankOn);
+    factors_.compute(phi_q);
+    if (factors_.rank() == assembly_.m()) return false;
+    const Eigen::MatrixXd& change = columns_.phi;
+    if (change.isZero(0)) return true;
+    const auto [j, row] = torn_parameter(change, change - phi_q * factors_.solve(change));
     if (j >= 0) refuse_torn_parameter(assembly_, j, row);
     return true;
+  }
+
+  /// What the rows leave free of d, where require() has looked last.
+  Eigen::VectorXd free_part(const Eigen::VectorXd& d) const {
+    return d - factors_.solve(Eigen::VectorXd(to_dense(assembly_.jacobian(), assembly_.phi_q.data()) * d));
   }
 
  private:
@@ -145,11 +148,7 @@ void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   const StepLength length(assembly, start.q);
   Eigen::VectorXd d(n);
   for (int i = 0; i < n; ++i) d[i] = std::cos(2.4 * i + 0.3) / std::max(length.weights()[i], 1e-300);
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
-  factors.setThreshold(kRankOn);
-  const Eigen::MatrixXd phi_q = positions.jacobian(t, start.q);
-  factors.compute(phi_q);
-  d -= factors.solve(phi_q * d);
+  d = positions.free_part(d);
   const double size = length(d);
   if (size > kIsClosed) {
     Eigen::VectorXd q = start.q + kLooksBeside / size * d;

@@ -105,9 +105,11 @@ void add_least(const Problem& problem, const Simulation& result, bool fixed, Err
   if (!fixed) e.psi = std::max(e.psi, kLeastError * problem.solver.rtol * std::abs(result.psi));
 }
 
-/// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
-/// tenths of it away. `run` is the same run of another problem.
+// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
+// tenths of it away.
 constexpr double kTakenAway = 0.9;
+
+/// `run` is the same run of another problem.
 template <class Result, class Run>
 void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e, const Run& run) {
   if (!has_soft_constraints(problem.formulation)) return;
@@ -219,15 +221,14 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
     gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / share / size : 0;
     return psi > allowed || gradient > allowed;
   };
+  const auto widen = [&] {
+    for (double& error : e.gradient) error /= share;
+    widen_error(result, e.psi / share, e.gradient);
+  };
   try {
     const Unsaid another;
-    const bool more = is_more(result, run(other));
-    if (!more) {
-      // What is no reason for a word is part of the error that is stated.
-      for (double& error : e.gradient) error /= share;
-      widen_error(result, e.psi / share, e.gradient);
-      return;
-    }
+    // What is no reason for a word is part of the error that is stated.
+    if (!is_more(result, run(other))) return widen();
     if (!problem.solver.resolve) {  // two gradients that are not resolved differ by their errors as well
       Problem own = problem;
       own.solver.resolve = other.solver.resolve = true;
@@ -236,8 +237,7 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   } catch (const SolverError&) {
     return;
   }
-  for (double& error : e.gradient) error /= share;
-  widen_error(result, e.psi / share, e.gradient);
+  widen();
   notice(fmt::format(
       "The penalty's weight alpha = {:.3g} changes psi by some {:.1g} of it, and its gradient by {:.1g} of the largest "
       "scaled derivative: {}. Take {} (--penalty-alpha), or a formulation with exact constraints "

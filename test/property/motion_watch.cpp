@@ -230,3 +230,11 @@ TEST_CASE("watch: redundant rows that exchange their parts lose no rank") {
     CHECK(r.psi == Approx(14.1512539).epsilon(formulation == std::string("penalty") ? 1e-5 : 1e-6));
   }
 }
+
+TEST_CASE("watch: a start that is itself the singular position is told, with its time") {
+  for (const char* formulation : {"maggi", "augmented-lagrangian", "penalty"}) {
+    INFO(formulation);
+    CHECK_THAT(said([&] { simulated(case_of("starts_flat", formulation)); }),
+               Contains("singular position at t = 0 s: there row bar.DQ.length"));
+  }
+}

@@ -244,7 +244,7 @@ void MotionWatch::look_for_minima(bool at_end) {
     if (redundant_[i]) {
       if (samples_[last].distance[i] < kSuspicious) continue;
       // Dependent at the start, and no longer: the start was the singular position, if no other row depends instead.
-      if (rank_has_risen(samples_[last].t)) events_.push_back({samples_.front().t, static_cast<int>(i), 0});
+      if (rank_has_risen(samples_[last].t)) events_.push_back({first_.t, static_cast<int>(i), 0});
       redundant_[i] = 0;
       continue;
     }

@@ -12,6 +12,7 @@
 #include "costate/base/unsaid.h"
 #include "costate/cycle/branch.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/interrupt.h"
 #include "costate/record/svg_plot.h"
 #include "digits.h"
 #include "trajectory.h"
@@ -60,7 +61,7 @@ Json branch_json(const Setup& setup, const ContinueRequest& request, const Branc
   j["rtol"] = setup.problem.solver.rtol;
   j["counters"] = counters_json(b.counters);
   j["wall_s"] = wall;
-  j["status"] = "ok";
+  j["status"] = b.interrupted == 0 ? "ok" : "interrupted";
   j["warnings"] = warnings_of(setup);
   j["settings"] = settings_json(setup);
   return j;
@@ -188,8 +189,15 @@ int run_branch(const CommonOptions& given, const ContinueRequest& request, int m
     j["files"] = {file};
     text += fmt::format("  drawing: {}\n", file);
   }
+  const int status = b.interrupted == 0 ? 0 : 128 + b.interrupted;
+  if (status != 0) {
+    const std::string what = fmt::format("{} {} cycles of the branch had been found; they stand.",
+                                         Interrupted(b.interrupted).what(), b.points.size());
+    j["error"] = what;
+    print_message(what);
+  }
   report(setup, common, j, text, "branch.json");
-  return 0;
+  return status;
 }
 
 }  // namespace costate::app

@@ -103,7 +103,7 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
   const Design design = whole.design();
   const std::size_t count = design.cases.size(), n = setup.rho.size();
   std::vector<GradientResult> results(count);
-  std::vector<ErrorEstimate> errors(count);
+  std::vector<std::optional<ErrorEstimate>> errors(count);
   for_each_job(count, jobs(), [&](std::size_t i) {
     const Setup& s = whole.cases[i];
     const std::vector<double> rho = design.cases[i].own(setup.rho);
@@ -111,7 +111,8 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
       try {
         results[i] = started(s, [&] { return gradient(s.problem, s.method, rho); });
         if (options.estimate)
-          errors[i] = s.located([&] { return estimate_error(s.problem, s.method, rho, results[i]); });
+          errors[i] = estimate_or_tell(
+              [&] { return s.located([&] { return estimate_error(s.problem, s.method, rho, results[i]); }); });
       } catch (const SolverError& e) {
         throw SolverError(design.cases[i].title() + e.what());
       }
@@ -144,9 +145,9 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
         for (std::size_t j = 0; j < n; ++j) sum[j] += design.cases[i].factor * own[j];
       }
   };
-  if (options.estimate) {
+  if (options.estimate && std::all_of(errors.begin(), errors.end(), [](const auto& e) { return e.has_value(); })) {
     psi_error = 0;
-    add_up([&](std::size_t i) { return errors[i]; }, *psi_error, r.gradient_error);
+    add_up([&](std::size_t i) { return *errors[i]; }, *psi_error, r.gradient_error);
   }
   if (std::any_of(results.begin(), results.end(), [](const auto& of) { return of.known_error.has_value(); })) {
     r.known_error.emplace();
@@ -215,15 +216,17 @@ int run(const CommonOptions& common, const GradientOptions& options) {
     // Differences tell their own error; a psi over a cycle is no plain run's, which is what the other estimate
     // compares.
     const bool by_method = !find_sensitivity_method(setup.method).perturbs || setup.problem.cycle;
-    const ErrorEstimate e = setup.located([&] {
-      return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
-                       : estimate_error(setup.problem, setup.rho, r);
+    const std::optional<ErrorEstimate> e = estimate_or_tell([&] {
+      return setup.located([&] {
+        return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
+                         : estimate_error(setup.problem, setup.rho, r);
+      });
     });
-    psi_error = e.psi;
-    if (by_method) {
-      r.gradient_error.resize(e.gradient.size(), 0);
-      for (std::size_t j = 0; j < e.gradient.size(); ++j)
-        r.gradient_error[j] = std::max(r.gradient_error[j], e.gradient[j]);
+    if (e) psi_error = e->psi;
+    if (e && by_method) {
+      r.gradient_error.resize(e->gradient.size(), 0);
+      for (std::size_t j = 0; j < e->gradient.size(); ++j)
+        r.gradient_error[j] = std::max(r.gradient_error[j], e->gradient[j]);
     }
   }
   progress.finish();

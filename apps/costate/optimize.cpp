@@ -111,17 +111,17 @@ class OptimizeRun {
     there.psi = best.psi;
     there.gradient = best.gradient;
     there.counters = best.counters;
-    const ErrorEstimate e =
-        setup_.located([&] { return estimate_error(setup_.problem, setup_.method, best.rho, there); });
+    const std::optional<ErrorEstimate> e = estimate_or_tell(
+        [&] { return setup_.located([&] { return estimate_error(setup_.problem, setup_.method, best.rho, there); }); });
     j_["accuracy"] = accuracy_json(*begun_, *accuracy_);
-    j_["psi_error"] = e.psi;
-    j_["gradient_error"] = named(names_, e.gradient);
+    j_["psi_error"] = e ? Json(e->psi) : Json();
+    j_["gradient_error"] = e ? named(names_, e->gradient) : Json();
     const double size = std::max(std::abs(begun_->result.psi), std::abs(best.psi));
-    if (e.psi > *accuracy_ * size)
+    if (e && e->psi > *accuracy_ * size)
       note(
           fmt::format("At the end psi's error is estimated as {:.1e}, more than the accuracy {:.1g} of its value at "
                       "the beginning. Start again from optimized.toml.",
-                      e.psi, *accuracy_));
+                      e->psi, *accuracy_));
     j_["notes"] = notes_;
   }
 

@@ -77,7 +77,9 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   if (accurate)
     error = accurate->psi_error;
   else if (options.estimate && costs)
-    error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
+    if (const auto e = estimate_or_tell(
+            [&] { return setup.located([&] { return estimate_error(setup.problem, setup.rho, r); }); }))
+      error = e->psi;
   progress.finish();
   for (const auto& remark : not_finite_remarks(recorder.table())) notice(remark);
   if (setup.files || common.json) recorder.tell_of_open_reactions();

@@ -234,6 +234,29 @@ TEST_CASE("import: the scene reads well and tells what it left out") {
   CHECK(drawn.status == 0);
 }
 
+TEST_CASE("import: limits that hold nothing, or push from the start on, are told") {
+  const WorkingDirectory here;
+  const auto told = [&](const std::string& limit) {
+    write_text(here / "r.urdf",
+               "<robot name=\"r\"><link name=\"world\"/><link name=\"a\"><inertial><origin xyz=\"0.1 0 0\"/><mass "
+               "value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" "
+               "iyz=\"0\"/></inertial></link><joint name=\"turn\" type=\"revolute\"><parent link=\"world\"/><child "
+               "link=\"a\"/><axis xyz=\"0 1 0\"/>" +
+                   limit + "</joint></robot>");
+    const Outcome o = run_costate({"import", "r.urdf", "-o", "r.toml"}, here.path());
+    REQUIRE(o.status == 0);
+    return o.out;
+  };
+  CHECK_THAT(told("<limit lower=\"0\" upper=\"0\" effort=\"1\" velocity=\"0\"/>"),
+             Contains("'turn' has limits 0 .. 0") && Contains("make it fixed"));
+  CHECK_THAT(told("<limit lower=\"-1\" upper=\"-2\" effort=\"1\" velocity=\"0\"/>"),
+             Contains("limits that no position meets, -1 .. -2"));
+  CHECK_THAT(told("<limit lower=\"1\" upper=\"2\" effort=\"1\" velocity=\"0\"/>"),
+             Contains("is at 0, outside its limits 1 .. 2"));
+  CHECK_THAT(told("<limit lower=\"-1\" upper=\"2\" effort=\"0\" velocity=\"0\"/>"), Contains("take 1 N m"));
+  CHECK_THAT(told("<limit lower=\"-1\" upper=\"2\" effort=\"3\" velocity=\"0\"/>"), !Contains("note:"));
+}
+
 TEST_CASE("import: mistakes name file, link and joint") {
   const WorkingDirectory here;
   const auto complaint = [&](const std::vector<std::string>& words) {

@@ -3,6 +3,7 @@
 // derivative.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -89,7 +90,7 @@ MatrixXd landed_hessian(const std::vector<double>& rho) {
 void agree(Problem p, const char* method = "cvodes-adjoint") {
   const auto rho = p.parameters.values();
   Problem tight = p;
-  tight.solver.rtol = 1e-11;
+  tight.solver.rtol = std::min(1e-11, 1e-3 * p.solver.rtol);
   tight.formulation = "baumgarte";
   const Hessian expected = hessian_by_differences(tight, method, rho);
   for (const char* formulation : {"index1", "baumgarte", "penalty"}) {
@@ -223,6 +224,9 @@ TEST_CASE("hessian bends: a cost that bends with the force") {
 TEST_CASE("hessian bends: tyres on roads of every kind") {
   for (const char* name : {"kinked_force_1", "kinked_force_2", "kinked_force_3"}) {
     INFO(name);
-    agree(make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name))));
+    Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name)));
+    // The first derivative of the second scene is known to 3e3 rtol.
+    if (name == std::string("kinked_force_2")) p.solver.rtol = 1e-9;
+    agree(p);
   }
 }

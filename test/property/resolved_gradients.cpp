@@ -7,6 +7,7 @@
 
 #include "costate/base/notice.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/method.h"
 #include "support/paths.h"
 
@@ -112,4 +113,21 @@ TEST_CASE("a penalty's gradient is looked at where it is small against psi", "[r
   p.formulation = "index1";
   CHECK(std::abs(gradient(p, "discrete-tangent", p.parameters.values()).gradient[1]) < 1e-9);
   CHECK(notices() == "");
+}
+
+// Steps at a tenth of the tolerance, or less, are more than the run's own: where they fail its result stands.
+TEST_CASE("an estimate whose runs fail leaves the result, and says so", "[resolved]") {
+  Problem p = problem_of("models/damped_pendulum/damped_pendulum.toml");
+  p.solver.confirm = false;
+  const auto rho = p.parameters.values();
+  const GradientResult r = gradient(p, "cvodes-forward", rho);
+  p.solver.max_steps = r.counters.steps + 2;
+  take_notices();
+  const auto none = estimate_or_tell([&] { return estimate_error(p, "cvodes-forward", rho, r); });
+  CHECK_FALSE(none.has_value());
+  CHECK_THAT(notices(), Catch::Contains("The error of the result is not known") && Catch::Contains("max_steps"));
+  CHECK(estimate_gradient_error(p, "cvodes-forward", rho, r).empty());
+  take_notices();
+  p.solver.max_steps = 1000000;
+  CHECK(estimate_or_tell([&] { return estimate_error(p, "cvodes-forward", rho, r); }).has_value());
 }

@@ -5,11 +5,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
+#include <csignal>
 
 #include "costate/cycle/branch.h"
 #include "costate/cycle/cycle.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/record/interrupt.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 #include "support/paths.h"
@@ -187,6 +189,17 @@ TEST_CASE("rigid walkers: the simplest is about to flip", "[cycle][walker]") {
   REQUIRE(branch.bifurcations.size() == 1);
   CHECK(branch.bifurcations[0].kind == BifurcationKind::flip);
   CHECK(std::abs(branch.bifurcations[0].at.parameter - 0.01508843794111946) <= 1e-6);
+  CHECK(branch.interrupted == 0);
+  // What had been found when a signal came stands.
+  int seen = 0;
+  range.progress = [&](const BranchPoint&) {
+    if (++seen == 3) throw Interrupted(SIGTERM);
+  };
+  const Branch part = follow_cycles(p, *scene.cycle, p.parameters.values(), range);
+  CHECK(part.interrupted == SIGTERM);
+  REQUIRE(part.points.size() == 3);  // that which it was begun with, and two
+  CHECK(part.points[2].parameter == branch.points[branch.first + 2].parameter);
+  CHECK(part.ended_last == "it was interrupted");
 }
 
 // One scene, one key: on ground of 1e8 N/m^1.5 arcs walk as on rigid ground, where feet bounce ever less until they

@@ -58,30 +58,47 @@ Json of_blocks(const std::vector<Json>& rows, const std::vector<std::string>& pa
   return j;
 }
 
-/// Of independent points: those of a block share numbers, so its mean counts as one for the errors.
+/// Of independent points: those of a block share numbers, so its mean counts as one for the errors. A bound is the
+/// quotient of two means, of slopes' squares and of (f - f0)^2, whose error is to first order that of the mean of
+/// (slope^2 - bound (f - f0)^2) / Var(f).
 Json of_slopes(const std::vector<Json>& rows, const std::vector<std::string>& paths) {
   const std::size_t width = rows.front().contains("blocks") ? paths.size() + 2 : 1;
-  Mean psi;
-  std::vector<Mean> slopes(paths.size());
-  for (std::size_t first = 0; first < rows.size(); first += width) {
-    std::vector<Mean> own(paths.size());
-    for (std::size_t k = first; k < std::min(first + width, rows.size()); ++k) {
-      const Json& r = rows[k];
-      const double f = measured(r, "psi");
-      if (!std::isfinite(f) || !r.contains("slopes") || r["slopes"].size() != paths.size()) continue;
-      psi.add(f);
-      for (std::size_t i = 0; i < paths.size(); ++i) own[i].add(std::pow(r["slopes"][paths[i]].get<double>(), 2));
+  const auto for_each_block = [&](const auto& visit) {  // visit(points), which have psi and slopes
+    for (std::size_t first = 0; first < rows.size(); first += width) {
+      std::vector<const Json*> points;
+      for (std::size_t k = first; k < std::min(first + width, rows.size()); ++k)
+        if (std::isfinite(measured(rows[k], "psi")) && rows[k].contains("slopes") &&
+            rows[k]["slopes"].size() == paths.size())
+          points.push_back(&rows[k]);
+      if (!points.empty()) visit(points);
     }
-    for (std::size_t i = 0; i < paths.size(); ++i)
-      if (own[i].count > 0) slopes[i].add(own[i].value());
-  }
+  };
+  const auto square = [](const Json& r, const std::string& path) {
+    return std::pow(r["slopes"][path].get<double>(), 2);
+  };
+  Mean psi;
+  for_each_block([&](const auto& points) {
+    for (const Json* r : points) psi.add(measured(*r, "psi"));
+  });
   if (psi.count < 2) return {};
   const double variance = std::pow(psi.error(), 2) * static_cast<double>(psi.count);
   if (!(variance > 0)) return {};
   std::vector<double> bound, error;
-  for (const Mean& m : slopes) {
-    bound.push_back(m.value() / variance);
-    error.push_back(m.error() / variance);
+  for (const std::string& path : paths) {
+    Mean slopes, quotient;
+    for_each_block([&](const auto& points) {
+      Mean own;
+      for (const Json* r : points) own.add(square(*r, path));
+      slopes.add(own.value());
+    });
+    bound.push_back(slopes.value() / variance);
+    for_each_block([&](const auto& points) {
+      Mean own;
+      for (const Json* r : points)
+        own.add(square(*r, path) - bound.back() * std::pow(measured(*r, "psi") - psi.value(), 2));
+      quotient.add(own.value());
+    });
+    error.push_back(quotient.error() / variance);
   }
   Json j;
   j["points"] = psi.count;

@@ -52,10 +52,12 @@ int run_import(const CommonOptions& common, const ImportOptions& options) {
     return 0;
   }
   if (!common.no_files) write_file_atomically(options.file, text);
-  if (!common.quiet)
-    print_result(fmt::format("{}: {} bodies, {} joints, {} of them free; next: costate simulate {}\n",
-                             common.no_files ? "nothing written" : name, robot.bodies.size() - 1, robot.joints.size(),
-                             free_coordinates(robot).size(), name));
+  if (common.quiet) return 0;
+  std::string told = fmt::format("{}: {} bodies, {} joints, {} of them free; next: costate simulate {}\n",
+                                 common.no_files ? "nothing written" : name, robot.bodies.size() - 1,
+                                 robot.joints.size(), free_coordinates(robot).size(), name);
+  for (const std::string& sentence : robot.left_out) told += fmt::format("  note: {}\n", sentence);
+  print_result(told);
   return 0;
 }
 

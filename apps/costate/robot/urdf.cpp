@@ -98,6 +98,7 @@ class UrdfReader {
                                 j.leader));
       j.position = j.multiplier * leader->position + j.offset;
     }
+    for (const RobotJoint& j : robot_.joints) tell_of_stops(j);
     place_bodies();
     for (std::size_t i = 1; i < robot_.bodies.size(); ++i)
       if (!(robot_.bodies[i].inertia.mass > 0))
@@ -175,7 +176,7 @@ class UrdfReader {
     if (!(r.axis.norm() > 0.5)) throw Error(fmt::format("{}: Joint '{}' has an axis of no length.", file_, j.name));
     if (j.limits) {
       r.effort = j.limits->effort;
-      if (!r.continuous && j.limits->lower < j.limits->upper) r.limits = {j.limits->lower, j.limits->upper};
+      if (!r.continuous) take_limits(j.limits->lower, j.limits->upper, r);
     }
     if (j.dynamics) {
       r.damping = j.dynamics->damping;
@@ -193,6 +194,35 @@ class UrdfReader {
     }
     robot_.joints.push_back(r);
     add_links(child, index, Isometry3d::Identity());
+  }
+
+  /// Limits that are left out are 0 and 0 to the parser, as those are that lock a joint.
+  void take_limits(double lower, double upper, RobotJoint& r) {
+    if (lower < upper)
+      r.limits = {lower, upper};
+    else if (lower > upper)
+      robot_.left_out.push_back(
+          fmt::format("joint '{}' has limits that no position meets, {:g} .. {:g}: it moves "
+                      "without any",
+                      r.name, lower, upper));
+    else
+      robot_.left_out.push_back(
+          fmt::format("joint '{}' has limits {:g} .. {:g}, both of them or none given: it moves "
+                      "without any; where they are to lock it, make it fixed",
+                      r.name, lower, upper));
+  }
+
+  /// What the stops of a joint begin with.
+  void tell_of_stops(const RobotJoint& j) {
+    if (!j.limits) return;
+    if (j.position < j.limits->first || j.position > j.limits->second)
+      robot_.left_out.push_back(
+          fmt::format("joint '{}' is at {:g}, outside its limits {:g} .. {:g}: its stop pushes "
+                      "it from the start on; --pose gives another position",
+                      j.name, j.position, j.limits->first, j.limits->second));
+    if (!(j.effort > 0))
+      robot_.left_out.push_back(fmt::format("joint '{}' gives no effort, by which its stops are made: they take 1 {}",
+                                            j.name, j.kind == RobotJointKind::prismatic ? "N" : "N m"));
   }
 
   void add_visual(const std::string& link, RobotBody& body, const Isometry3d& pose, const urdf::Geometry& g) {

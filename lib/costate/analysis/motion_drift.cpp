@@ -90,7 +90,8 @@ std::vector<std::string> MotionWatch::warnings() const {
     out.push_back(
         fmt::format("The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where "
                     "rtol is {:g}; psi and its gradient "
-                    "are no better than that. Formulations baumgarte, index2 and maggi hold them.",
+                    "are no better than that. Formulations baumgarte, index2 and maggi hold them (of redundant "
+                    "rows maggi and augmented-lagrangian).",
                     rows_[worst_position_.row], with_unit(worst_position_.row, worst_position_.length),
                     worst_position_.t, worst_position_.relative, settings_.rtol));
   return out;

@@ -166,27 +166,29 @@ void DiscreteAdjoint::stage_back(bool factored) {
 }
 
 /// 3 where no step leads.
-void DiscreteAdjoint::accelerations_anew_back(const StateView& s) {
+void DiscreteAdjoint::accelerations_anew_back(const StateView& s, double* friction_before) {
   const StepSlips& slips = scheme_.slips_here();
   sigma_ = slips.no_bars();
   assembly_.calc_partials(s);
   a_ += alpha_;
   f_ += y_;
   accelerations_back();
-  slips.give_turns(sigma_, q_.data(), v_.data(), nullptr, gradient_.data());
+  slips.give_turns(sigma_, q_.data(), v_.data(), friction_before, gradient_.data());
   add_end_parameters(nullptr);
 }
 
 double DiscreteAdjoint::begin_anew_back() {
   const StateView s = scheme_.state();
   scheme_.factor_projection_here();
-  accelerations_anew_back(s);
+  Eigen::VectorXd friction_before = Eigen::VectorXd::Zero(m_);
+  accelerations_anew_back(s, friction_before.data());
   calc_time_partials(assembly_, s, time_);
   double by_time = 0;
   for (int i = 0; i < n_; ++i) by_time -= s_[i] * time_.force[static_cast<std::size_t>(i)];
   for (int i = 0; i < nz_; ++i) by_time += s_[n_ + i] * time_.state[static_cast<std::size_t>(i)];
   for (int i = 0; i < m_; ++i) by_time -= s_[n_ + nz_ + i] * time_.phidd[static_cast<std::size_t>(i)];
   forget_rates();
+  lambda_ = friction_before;
   return by_time;
 }
 
@@ -225,7 +227,7 @@ void DiscreteAdjoint::add_parameters(double c, const std::vector<double>& by) {
 const std::vector<double>& DiscreteAdjoint::finish(bool factored) {
   const StateView s = scheme_.state();
   if (!factored) scheme_.factor_projection_here();
-  accelerations_anew_back(s);
+  accelerations_anew_back(s, nullptr);
   assembly_.add_constant_body_gradient(outer_.data(), sum_.data(), -1, gradient_.data());
   add_start_gradient(assembly_, scheme_.start_time(), scheme_.start_state(), q_.data(), v_.data(), z_.data(),
                      gradient_.data());

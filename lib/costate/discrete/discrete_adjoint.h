@@ -30,7 +30,8 @@ class DiscreteAdjoint {
   /// factored again.
   void step_back(bool factored);
   // Back across a jump, at the record behind it and then at that before it; none is factored.
-  /// Of a state at which the scheme has begun anew: the bars of (q, v, z) alone remain. Returns that of time.
+  /// Of a state at which the scheme has begun anew: the bars of (q, v, z) alone remain, and those of the multipliers
+  /// before it, on which the direction of what begins to slide from rest depends. Returns that of time.
   double begin_anew_back();
   /// Visits the bars of (q, v, z), one behind the other, which may change, and the gradient; returns what it does.
   double change(const std::function<double(double* bars, double* gradient)>& visit);
@@ -49,7 +50,7 @@ class DiscreteAdjoint {
  private:
   void add_cost(double weight, bool terminal);
   void accelerations_back();
-  void accelerations_anew_back(const StateView& s);
+  void accelerations_anew_back(const StateView& s, double* friction_before);
   void velocities_back();
   void stage_back(bool factored);
   void add_end_parameters(const double* velocity_rows);

@@ -69,8 +69,8 @@ void DiscreteScheme::fail_singular(const std::string& what, int column) {
     for (const int i : rank.dependent_rows) dependent.push_back(names[i]);
     throw SolverError(
         fmt::format("The equations of index 3 are singular {}: {} of {} constraint rows depend on the "
-                    "others ({}). The mechanism has redundant joints or passes a singular position; the "
-                    "penalty formulation carries both.",
+                    "others ({}). The mechanism has redundant joints or passes a singular position: penalty "
+                    "and augmented-lagrangian carry both, maggi the former.",
                     where, dependent.size(), names.size(), fmt::join(dependent, ", ")));
   }
   const auto states = mech.state_names();

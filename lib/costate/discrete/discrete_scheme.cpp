@@ -216,15 +216,20 @@ void DiscreteScheme::set_reaches() {
     }
 }
 
-/// The largest of B |da*| and G_z |df*| against the coordinates and states that they change.
+/// The largest of B |da*| and G_z |df*| against the coordinates and states that they change, as they were at the step's
+/// beginning or are now: what begins to move from a place at the origin is known no better than to rounding of where
+/// the step leads.
 double DiscreteScheme::correction_size() {
   double size = 0;
+  reached_.assign(group_scale_.begin(), group_scale_.end());
+  for (int i = 0; i < n_; ++i) reached_[group_[i]] = std::max(reached_[group_[i]], std::abs(r_.q[i]));
   const auto take = [&](double correction, double scale) {
     const double e = correction == 0 ? 0 : std::abs(correction) / std::max(scale, 1e-300);
     if (!(e <= size)) size = e;
   };
-  for (int i = 0; i < n_; ++i) take(c_.B * rhs_[i], group_scale_[group_[i]]);
-  for (int i = 0; i < nz_; ++i) take(c_.G_z * rhs_[n_ + i], std::max(state_scale_[i], state_reach_[i]));
+  for (int i = 0; i < n_; ++i) take(c_.B * rhs_[i], reached_[group_[i]]);
+  for (int i = 0; i < nz_; ++i)
+    take(c_.G_z * rhs_[n_ + i], std::max({state_scale_[i], state_reach_[i], std::abs(r_.z[i])}));
   return size;
 }
 

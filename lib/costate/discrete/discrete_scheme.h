@@ -176,7 +176,7 @@ class DiscreteScheme final : public System {
   int known_differences_ = 0, order_ = 1;
   // Rounding is judged against the largest coordinate of the same unit.
   std::vector<int> group_;
-  std::vector<double> group_scale_, state_scale_, state_reach_;
+  std::vector<double> group_scale_, reached_, state_scale_, state_reach_;
   std::vector<double> rolling_;
   DiscreteCounters counters_;
   std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state and jumps

@@ -109,7 +109,8 @@ void DiscreteTangent::find_accelerations(const Eigen::RowVectorXd* dt) {
   if (scheme_.index() == 0 || dt) {  // otherwise project_velocities() has evaluated them
     assembly_.calc_partials(s);
     assembly_.calc_parameter_columns(s, columns_);
-    if (const StepSlips& slips = scheme_.slips_here(); slips.any()) turns_ = slips.turns(q_, v_, nullptr, true);
+    if (const StepSlips& slips = scheme_.slips_here(); slips.any())
+      turns_ = slips.turns(q_, v_, dt ? &lambda_ : nullptr, true);
   }
   const StepSlips& slips = scheme_.stage_rows().slips();
   slips.clear_rows(assembly_, &columns_);

@@ -27,7 +27,8 @@ class DiscreteTangent {
   void add(const StepColumn& column, const Eigen::RowVectorXd& dt);
   /// Visits the columns (q, v, z), one a parameter and one behind the other, which may change.
   void change(const std::function<void(double* const* columns, int count)>& visit);
-  /// After the scheme has begun anew, in time by dt later.
+  /// After the scheme has begun anew, in time by dt later; the derivatives of multipliers are still those before, on
+  /// which the direction of what begins to slide from rest depends.
   void begin_anew(const Eigen::RowVectorXd& dt);
   /// w^T of the present derivatives and of the parameters.
   Eigen::RowVectorXd along(const ScalarGradient& w) const;

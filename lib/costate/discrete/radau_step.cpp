@@ -175,7 +175,8 @@ void RadauStep::factor() {
   if (const int bad = matrix_->factor(jacobian_.data(), h_); bad >= 0)
     throw StepError(
         fmt::format("The matrix of a step of {:.3g} s of '{}' is singular at t = {:.9g} s, at '{}'. Redundant "
-                    "joints or a singular configuration; the penalty formulation carries both.",
+                    "joints or a singular configuration: penalty and augmented-lagrangian carry both, maggi the "
+                    "former.",
                     h_, scheme_.name, t_, system_.unknowns()[static_cast<std::size_t>(bad)].name));
 }
 

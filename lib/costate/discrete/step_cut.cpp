@@ -10,6 +10,20 @@
 namespace costate {
 
 namespace {
+/// What begins to slide from rest at a cut does so along the multipliers before it.
+class BeginsFromRest {
+ public:
+  BeginsFromRest(DiscreteScheme& scheme, const StepCut& cut) : slips_(scheme.stage_rows().slips()) {
+    if (cut.begins_from_rest >= 0)
+      slips_.begin_from_rest(cut.begins_from_rest,
+                             scheme.state_of(cut.before.data()).lambda + cut.begins_from_rest + 1);
+  }
+  ~BeginsFromRest() { slips_.begin_from_rest(-1, nullptr); }
+
+ private:
+  StepSlips& slips_;
+};
+
 /// A kink that nothing but explicit time moves: the columns have been moved before.
 MovingTime moved_kink(const std::vector<double>& by, std::size_t size) {
   MovingTime moving;
@@ -36,6 +50,8 @@ double CutCrossing::guard_gradient(const StepCut& cut, ScalarGradient& out) {
 }
 
 void CutCrossing::linearize_event(StepCut& cut) {
+  cut.begins_from_rest = scheme_.events().begins_from_rest(cut.event, scheme_.state_of(cut.before.data()),
+                                                           scheme_.state_of(cut.after.data()).z);
   const double by_time = guard_gradient(cut, cut.condition);
   if (cut.instant && !(cut.condition.lambda.isZero(0) && cut.condition.a.isZero(0)))
     throw SolverError(
@@ -78,11 +94,15 @@ void CutCrossing::pass(const StepCut& cut, const Eigen::RowVectorXd& dt, Discret
     const MovingTime moving = moved_kink(cut.by, static_cast<std::size_t>(2 * a.n() + a.nz()));
     scheme_.velocity_jump().tangent(before, cut.t_after, columns, count, cut.by.empty() ? nullptr : &moving);
   });
+  const BeginsFromRest begins(scheme_, cut);
   tangent.begin_anew(dt);
 }
 
 double CutCrossing::pass_back(const StepCut& cut, DiscreteAdjoint& adjoint) {
-  const double behind = adjoint.begin_anew_back();
+  const double behind = [&] {
+    const BeginsFromRest begins(scheme_, cut);
+    return adjoint.begin_anew_back();
+  }();
   scheme_.load(cut.index, cut.before.data());
   const StateView before = scheme_.state();
   if (cut.kind == StepCut::Kind::event) guard_gradient(cut, again_);

@@ -5,6 +5,7 @@
 // next step at a fixed end (step_length.h),
 //   dt* = -(h_x dx + h_rho drho)/hdot,   hdot = h_t + h_x E      dx the change at a fixed length
 //   dx- = dx + E dt*,   dx+ = G_x dx- + G_t dt* + G_rho drho,    and of the next step's end - L dt*
+// (of a slip in space that begins from rest G moves the direction sigma = lambda_t/|lambda_t| of the rates behind)
 //   dpsi = (c - c+) dt*,   c = (g at the step's beginning + g at its end)/2, c+ that of the next one
 // Cuts in one instant have no step between them, but the instant itself, whose E and L are the motion's rates.
 #pragma once
@@ -30,6 +31,7 @@ struct StepCut {
   double condition_rate = 0;             // hdot
   std::vector<double> by;                // of a kink: dt*/drho; empty where it stays
   double cost_rate = 0;                  // dpsi/dt* by lengths and time alone
+  int begins_from_rest = -1;             // the normal row of a contact that begins to slide in space
 };
 
 /// Derivatives across cuts; the scheme's present record is that before the cut, or behind it, as said.

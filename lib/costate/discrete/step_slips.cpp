@@ -90,7 +90,10 @@ StepSlips::Slip StepSlips::look_at(const Assembly& assembly, const Assembly::Sli
     x.row_by_normal = {-x.mu, 0};
     x.row_by_mu = {-normal, 0};
   } else {
-    if (speed > 0 && x.kind != Kind::held) x.sigma_by_slip = SlipTurn(x.sigma, speed).T;
+    if (!c && x.normal == begun_)
+      x.sigma_by_friction = SlipTurn(begun_friction_.normalized(), begun_friction_.norm()).T;
+    else if (speed > 0 && x.kind != Kind::held)
+      x.sigma_by_slip = SlipTurn(x.sigma, speed).T;
     x.row_by_friction = -Matrix2d::Identity();
     x.row_by_slip = -x.mu * normal * x.sigma_by_slip;
     x.row_by_normal = -x.mu * x.sigma;
@@ -100,6 +103,11 @@ StepSlips::Slip StepSlips::look_at(const Assembly& assembly, const Assembly::Sli
   x.slip_by = slip.partials(assembly);
   x.of_mu = assembly.number_columns()[static_cast<std::size_t>(row.number)];
   return x;
+}
+
+void StepSlips::begin_from_rest(int normal, const double* friction) {
+  begun_ = friction ? normal : -1;
+  if (friction) begun_friction_ = Vector2d(friction[0], friction[1]);
 }
 
 void StepSlips::hold_if_stopping(const Assembly& assembly, const StateView& s, double h) {

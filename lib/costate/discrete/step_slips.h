@@ -47,6 +47,9 @@ class StepSlips {
   /// v := such velocities that what is held slides along its sigma alone, forward or back, at the point (q, v, z).
   void straighten(const Assembly& assembly, const StateView& s, double* v) const;
   bool holds() const { return !held_.empty(); }
+  /// Where no step leads and the slip of this normal row begins from rest its sigma is that of the multipliers
+  /// `friction` before, on which it then depends in the place of w; until it is null again.
+  void begin_from_rest(int normal, const double* friction);
   /// Whether the rows are others than those of the last linearize().
   bool have_changed() const { return pairs_ != linearized_; }
 
@@ -69,8 +72,8 @@ class StepSlips {
   /// gradient += factor s2^T of all of these.
   void add_gradient(const double* s2, double factor, double* gradient) const;
 
-  /// The changes of sigma, two rows a slip, along columns of (q, v*, lambda*), of lambda* null where no step leads;
-  /// with those by parameters where a column is one.
+  /// The changes of sigma, two rows a slip, along columns of (q, v*, lambda*); where no step leads lambda* is null, or
+  /// the multipliers before of begin_from_rest(). With those by parameters where a column is one.
   Eigen::MatrixXd turns(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v, const Eigen::MatrixXd* lambda,
                         bool parameters) const;
   /// For the accelerations' rows -(lambda_k + mu lambda_n sigma_k): right (m rows) -= their derivatives along these
@@ -119,6 +122,8 @@ class StepSlips {
   std::vector<double> directions_;
   std::vector<Kind> pairs_, linearized_;
   std::vector<std::pair<int, Eigen::Vector2d>> held_;  // sigma by the contact's first row
+  int begun_ = -1;                                     // likewise the row
+  Eigen::Vector2d begun_friction_;
 };
 
 }  // namespace costate

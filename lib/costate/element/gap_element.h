@@ -28,8 +28,9 @@ class GapElement {
   virtual GapMotion gap_motion(int i, const LocalState& s) const = 0;
   /// Whether a force acts, with these states (nz), wherever gap i is below zero: not where an event has to come first.
   virtual bool gap_presses(int i, const double* z) const = 0;
-  /// Where such a gap is below zero: whether a force is left; damping may leave none while the gap opens.
-  virtual bool gap_acts(int /*i*/, const LocalState& /*s*/) const { return true; }
+  /// Where such a gap is below zero: what presses there, N, before it is cut off where it would pull; damping may leave
+  /// nothing of it while the gap opens. Of an element that is not cut off anything above zero.
+  virtual double gap_force(int /*i*/, const LocalState& /*s*/) const { return 1; }
   /// The gap that a guard of the element (element/guarded_force.h) is, or -1.
   virtual int gap_of_guard(int guard) const = 0;
   /// Of several gaps whose states begin with one number: appends the states, of the element, that begin with zero in

@@ -29,9 +29,12 @@ double lower_bound(const GapTrace::Look& a, const GapTrace::Look& b, double sign
 }
 }  // namespace
 
-bool GapTrace::acts(const StateView& s, const Assembly& assembly) const {
+double GapTrace::force(const StateView& s, const Assembly& assembly) const {
   thread_local GatheredState own;
-  return !gaps_ || gaps_->gap_acts(i_, own.of(*element_, s, assembly.numbers()));
+  if (!gaps_) return 1;
+  LocalState local = own.of(*element_, s, assembly.numbers());
+  local.z = s.z;
+  return gaps_->gap_force(i_, local);
 }
 
 GapTrace::Look GapTrace::look(const StateView& s, const Assembly& assembly) const {

@@ -27,8 +27,9 @@ class GapTrace {
   /// Whether a force acts wherever the gap is below zero, with these states of the element.
   bool presses(const double* z) const { return !gaps_ || gaps_->gap_presses(i_, z); }
 
-  /// Whether a force is left where the gap is below zero.
-  bool acts(const StateView& s, const Assembly& assembly) const;
+  /// Where the gap is below zero: what presses there, below zero where that would pull and is cut off. The states of s
+  /// are the element's own.
+  double force(const StateView& s, const Assembly& assembly) const;
 
   struct Look {
     double t = 0;

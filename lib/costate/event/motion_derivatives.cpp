@@ -51,16 +51,29 @@ double MotionEvents::acceleration_by_forces(const StateView& s) {
 }
 
 bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const StateView& s) {
-  if (slides_in_space(c) || slides_in_space(own)) return false;
+  const bool space = slides_in_space(own);
+  if (slides_in_space(c) != space) return false;
   impact_->balance().prepare(s);
   const SparsePattern& J = assembly_.jacobian();
   const Eigen::MatrixXd rows = to_dense(J, assembly_.reaction_jacobian().data()).transpose();
-  std::vector<int> others;
+  const int tangents = space ? 2 : 1;
+  // In space friction has its rows while a contact slides, too, where they hold nothing.
+  std::vector<char> free(static_cast<std::size_t>(assembly_.m()), 0);
+  for (const ContactOf& x : contacts_)
+    if (&x == &c || (slides_in_space(x) && s.z[x.closed_state] > 0.5 && s.z[x.sliding_state] != 0))
+      for (int k = 1; k <= tangents; ++k) free[static_cast<std::size_t>(x.first_row + k)] = 1;
+  std::vector<int> held;
   for (int i = 0; i < assembly_.m(); ++i)
-    if ((assembly_.is_there(i) || i == own.first_row + 1) && i != c.first_row + 1) others.push_back(i);
-  const Eigen::MatrixXd A = rows(Eigen::all, others);
-  const Eigen::VectorXd b = rows.col(c.first_row + 1);
-  return (A * A.completeOrthogonalDecomposition().solve(b) - b).norm() <= kSameRow * b.norm();
+    if (assembly_.is_there(i) && !free[static_cast<std::size_t>(i)]) held.push_back(i);
+  for (int k = 1; k <= tangents; ++k)
+    if (std::find(held.begin(), held.end(), own.first_row + k) == held.end()) held.push_back(own.first_row + k);
+  const Eigen::MatrixXd A = rows(Eigen::all, held);
+  const auto solver = A.completeOrthogonalDecomposition();
+  for (int k = 1; k <= tangents; ++k) {
+    const Eigen::VectorXd b = rows.col(c.first_row + k);
+    if (!((A * solver.solve(b) - b).norm() <= kSameRow * b.norm())) return false;
+  }
+  return true;
 }
 
 bool MotionEvents::has_impulse(int event) const {

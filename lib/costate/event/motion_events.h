@@ -120,6 +120,10 @@ class MotionEvents {
   /// Tangents and adjoints cross from here on where a slip in space begins from rest; who says so sees to where it is
   /// slow (slowest_from_rest()).
   void carry_slips_from_rest() { carries_slips_from_rest_ = true; }
+  /// The normal row of the contact that begins to slide in space from rest at this event, as its friction reaches the
+  /// limit, or -1. Throws CapabilityError where another one does behind it, or what has landed: directions are not
+  /// differentiated there.
+  int begins_from_rest(int event, const StateView& before, const double* z_after) const;
   /// Of slips in space that have begun from rest: the smallest |w|, and its smallest part of the largest that its slip
   /// has had at the looks so far; infinite without any.
   struct Slowest {

@@ -91,10 +91,27 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   };
   if (begins_to_slide())
     throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods of fixed "
-                    "or explicit steps and second derivatives do not carry: no step tells its direction where it is "
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods of explicit "
+                    "steps and second derivatives do not carry: no step tells its direction where it is "
                     "slow. Take idas, cvodes or hand-derived methods, or discrete ones on radau5.",
                     before.t, g.name));
+}
+
+int MotionEvents::begins_from_rest(int event, const StateView& before, const double* z_after) const {
+  int row = -1;
+  for (const ContactOf& c : contacts_) {
+    if (!slides_in_space(c) || z_after[c.closed_state] < 0.5 || z_after[c.sliding_state] < 0.5) continue;
+    const double *offset = z_after + c.sliding_state + 1, *was = before.z + c.sliding_state + 1;
+    if (offset[0] == was[0] && offset[1] == was[1]) continue;
+    if (&c != contact_of(event) || contact_guard(event) != UnilateralForce::Guard::slip_forward)
+      throw CapabilityError(
+          fmt::format("At t = {:.9g} s, at '{}', {} begins to slide in space from rest, in a direction that the impact "
+                      "or the other contact decides: methods of fixed steps do not carry its derivative. Take idas, "
+                      "cvodes or hand-derived methods, or discrete ones on radau5.",
+                      before.t, of(event).name, c.force->path()));
+    row = c.first_row;
+  }
+  return row;
 }
 
 }  // namespace costate

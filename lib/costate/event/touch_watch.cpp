@@ -18,6 +18,16 @@ constexpr double kSteps = 8, kStepsBack = 4;
 constexpr double kBehindTouch = 1e-6;
 // Of the integrator's tolerances: the depth from which on a dip counts.
 constexpr double kCounts = 0.1;
+// A force that is cut off, or not, at both ends of a step is followed within it where it is less than this part of the
+// largest so far at one of them: from so many looks, and to such a part of the step.
+constexpr double kNearlyNone = 0.05, kNearTurn = 1e-3;
+constexpr int kForceLooks = 4;
+
+/// What presses at a gap that is below zero, of a force whose states are those from `first` on.
+double force_at(const GapTrace& trace, int first, StateView s, const Assembly& assembly) {
+  s.z += first;
+  return trace.force(s, assembly);
+}
 }  // namespace
 
 TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
@@ -107,7 +117,7 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
   if (all_rest) return first;
   ends_.assign(gaps_.size(), {none, {}});
   traces_.resize(gaps_.size());
-  bool near = false;
+  bool near = false, passes_force = false;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
     if (g.rested) continue;
@@ -121,11 +131,20 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
     ends_[i] = g.trace.look(last, assembly_);
     near = near || g.seen.t != from || !stays_away(g.seen, ends_[i]);
+    if (const auto passed = force_passed_over(g, from, ends_[i], at);
+        passed && (!first || passed->from < first->from)) {
+      first = passed;
+      passes_force = true;
+    }
+  }
+  if (passes_force) {
+    ++cuts_;
+    touched_.emplace_back(first->from, first->to);
   }
   if (!near && first) return first;
   if (!near) {
     for (std::size_t i = 0; i < gaps_.size(); ++i)
-      if (!std::isnan(ends_[i].t)) gaps_[i].seen = ends_[i];
+      if (!std::isnan(ends_[i].t)) gaps_[i].see(ends_[i]);
     return first;
   }
   bool cut = false;
@@ -155,7 +174,7 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     if (std::isnan(ends_[i].t)) continue;
     if (g.seen.m.gap < 0 && std::isnan(g.touches_from)) g.touches_from = from;
     record(g, traces_[i], until, at);
-    if (!first) g.seen = ends_[i];
+    if (!first) g.see(ends_[i]);
   }
   if (cut) ++cuts_;
   return first;
@@ -172,7 +191,8 @@ std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks
     for (; k <= last && depth(k) > 0; ++k) deepest = std::max(deepest, depth(k));
     const std::size_t end = k;  // the first look behind it
     // At its end the force may be over already, so that the integrator has seen nothing of it.
-    const bool over = end > last && begin > 0 && !gap.trace.acts(at(trace[last].t), assembly_);
+    const bool over =
+        end > last && begin > 0 && !(force_at(gap.trace, gap.first_state, at(trace[last].t), assembly_) > 0);
     const double at_ends = std::max(begin == 0 ? depth(0) : 0, end > last && !over ? depth(last) : 0);
     if (!(deepest > kDeeper * at_ends) || !(deepest > kCounts * (atol_ + rtol_ * size_))) continue;
     const double t1 = begin == 0 ? trace[0].t : gap.trace.zero(trace[begin - 1], trace[begin], at, assembly_);
@@ -180,6 +200,55 @@ std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks
     return TouchLook{t1, t2, (t2 - t1) / kSteps, &gap.trace.element()};
   }
   return {};
+}
+
+std::optional<TouchLook> TouchWatch::force_passed_over(Gap& g, double from, const GapTrace::Look& end,
+                                                       const GapTrace::States& at) {
+  // What does not touch presses with nothing.
+  const auto force = [&](double t) {
+    const StateView s = at(t);
+    const bool presses = g.trace.look(s, assembly_).m.gap < 0 && g.trace.presses(s.z + g.first_state);
+    return presses ? force_at(g.trace, g.first_state, s, assembly_) : -0.0;
+  };
+  const double to = end.t, before = g.seen.t == from ? g.force : std::nan("");
+  const double behind = g.force_at_end = end.m.gap < 0 ? force_at(g.trace, g.first_state, at(to), assembly_) : -0.0;
+  g.largest = std::max(g.largest, std::abs(behind));
+  if (std::isnan(before) || (before > 0) != (behind > 0)) return {};
+  if (!(g.seen.m.gap < 0) && !(end.m.gap < 0)) return {};  // a dip, or none
+  if (std::min(std::abs(before), std::abs(behind)) > kNearlyNone * g.largest) return {};
+  // The look that is nearest to the other side, or on it.
+  const double sign = before > 0 ? -1 : 1, part = (to - from) / (kForceLooks + 1);
+  double left = from, best = from, most = sign * before;
+  for (int k = 1; k <= kForceLooks; ++k)
+    if (const double f = sign * force(from + k * part); f > most) {
+      most = f;
+      best = from + k * part;
+    }
+  if (sign * behind > most) return {};
+  double right = std::min(to, best + part);
+  left = std::max(from, best - part);
+  constexpr double golden = 0.381966;
+  for (int k = 0; !(most > 0) && right - left > kNearTurn * (to - from); ++k) {
+    const bool ahead = right - best > best - left;
+    const double t = ahead ? best + golden * (right - best) : best - golden * (best - left), f = sign * force(t);
+    if (f > most) {
+      (ahead ? left : right) = best;
+      best = t;
+      most = f;
+    } else {
+      (ahead ? right : left) = t;
+    }
+  }
+  if (!(most > kCounts * rtol_ * g.largest)) return {};
+  const auto change = [&](double here, double there) {  // `there` is on the other side
+    for (int k = 0; k < 12; ++k) {
+      const double middle = 0.5 * (here + there);
+      (sign * force(middle) > 0 ? there : here) = middle;
+    }
+    return here;
+  };
+  const double t1 = change(from, best), t2 = change(to, best);
+  return TouchLook{t1, t2, (t2 - t1) / kSteps, &g.trace.element()};
 }
 
 std::optional<TouchLook> TouchWatch::first_crossed(double from, double to, const GapTrace::States& at) const {

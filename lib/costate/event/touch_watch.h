@@ -2,7 +2,8 @@
 // solve, but seen only where a step happens to end within the touch. Each step is followed along its gaps
 // (gap_trace.h): of a dip below zero from t1 to t2 that a step passes over, as it is far deeper than where the step
 // begins and ends, the step is right until t1 alone. It ends there, and over the dip steps are bounded by a part of t2
-// - t1, from when on the integrator's own error estimates see the force. Forces that are functions of where the motion
+// - t1, from when on the integrator's own error estimates see the force. Likewise where damping has cut a force off and
+// it comes back, or where it is cut off, within one step alone. Forces that are functions of where the motion
 // is are watched likewise (path_watch.h).
 #pragma once
 
@@ -59,6 +60,12 @@ class TouchWatch {
     AtRest at_rest = {};
     bool rested = false;  // over the step that is looked at
     bool is_event = false;
+    // What presses at the last look, 0 of what is open, and at the step's end; and the largest so far.
+    double force = std::numeric_limits<double>::quiet_NaN(), force_at_end = force, largest = 0;
+    void see(const GapTrace::Look& end) {
+      seen = end;
+      force = force_at_end;
+    }
   };
   using Looks = std::vector<GapTrace::Look>;
   void add(const Force& force, int first_state, GapTrace trace, bool is_event = false);
@@ -69,6 +76,9 @@ class TouchWatch {
   /// Where springs' laws begin to act.
   void add_stops(const Force& force, int first_state);
   std::optional<TouchLook> dip_passed_over(const Gap& gap, const Looks& trace, const GapTrace::States& at) const;
+  /// Of a gap that is below zero at one end, or both: where its force comes, or is cut off, within the step alone.
+  std::optional<TouchLook> force_passed_over(Gap& gap, double from, const GapTrace::Look& end,
+                                             const GapTrace::States& at);
   /// Where the step first crosses the zero of a gap that is no event's.
   std::optional<TouchLook> first_crossed(double from, double to, const GapTrace::States& at) const;
   void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);

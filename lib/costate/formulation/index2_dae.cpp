@@ -169,8 +169,8 @@ void Index2Dae::factor(double t, const double* y, const double* yp, double cj) {
   if (bad >= 0)
     throw SolverError(
         fmt::format("The Newton matrix of the stabilised index-2 equations is singular at t = {:.9g} s, "
-                    "at unknown '{}'. Redundant joints or a singular configuration; the penalty "
-                    "formulation carries both.",
+                    "at unknown '{}'. Redundant joints or a singular configuration: penalty and "
+                    "augmented-lagrangian carry both, maggi the former.",
                     t, unknowns_[bad].name));
 }
 

@@ -35,7 +35,8 @@ void AccelerationLevel::singular(int column) const {
           assembly_.has_switched_rows() ? "" : ", or take maggi"));
     throw SolverError(fmt::format(
         "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
-        "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",
+        "The mechanism has redundant joints or passes a singular configuration: penalty and augmented-lagrangian carry "
+        "both, maggi the former.",
         point_.t(), names.size(), rows.size(), fmt::join(names, ", ")));
   }
   const std::string where = column < assembly_.n() ? mech.coordinates()[column].name : rows[column - assembly_.n()];

@@ -306,8 +306,10 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
   }
   for (const auto& [name, rate] : rates_)
     if (!given_rate.count(rate.number) && m.numbers_[rate.number].fixed_because.empty())
-      m.numbers_[rate.number].fixed_because =
-          fmt::format("the start does not give '{}' (given velocities are listed in [start])", name);
+      m.numbers_[rate.number].fixed_because = fmt::format(
+          "the start does not give '{0}' (given velocities are listed in [start]: name \"{0}\" in "
+          "given_velocities, in the place of another one)",
+          name);
   hold_or_balance_states();
   // A number that is taken from others counts where it is more than a first guess, or where one that counts is taken
   // from it. What it is taken from must not vary.

@@ -13,6 +13,7 @@
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/cycle_values.h"
+#include "costate/record/interrupt.h"
 
 namespace costate {
 
@@ -107,8 +108,15 @@ class Follower {
   Branch run() {
     std::vector<Node> up, down;
     std::vector<Bifurcation> above, below;
-    branch_.ended_last = walk(1, up, above);
-    branch_.ended_first = walk(-1, down, below);
+    branch_.ended_first = "it was not followed";
+    try {
+      branch_.ended_last = "it was interrupted";
+      branch_.ended_last = walk(1, up, above);
+      branch_.ended_first = "it was interrupted";
+      branch_.ended_first = walk(-1, down, below);
+    } catch (const Interrupted& e) {
+      branch_.interrupted = e.signal_number();
+    }
     for (auto n = down.rbegin(); n != down.rend(); ++n) branch_.points.push_back(n->point);
     branch_.first = branch_.points.size();
     branch_.points.push_back(first_.point);
@@ -367,27 +375,6 @@ class Follower {
 };
 
 }  // namespace
-
-std::optional<bool> BranchPoint::stable() const {
-  if (multipliers.empty()) return true;
-  const double m = std::abs(multipliers.front());
-  if (std::abs(m - 1) <= undecided) return {};
-  return m < 1;
-}
-
-const char* name_of(BifurcationKind kind) {
-  switch (kind) {
-    case BifurcationKind::fold:
-      return "fold";
-    case BifurcationKind::branch_point:
-      return "branch point";
-    case BifurcationKind::flip:
-      return "flip";
-    case BifurcationKind::neimark_sacker:
-      return "Neimark-Sacker";
-  }
-  return "";
-}
 
 Branch follow_cycles(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
                      const BranchOptions& options) {

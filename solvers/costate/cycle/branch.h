@@ -54,6 +54,7 @@ struct Branch {
   std::vector<Bifurcation> bifurcations;  // along the branch
   std::string ended_first, ended_last;    // why it goes no further at its two ends
   std::size_t first = 0;                  // the point that it was begun with
+  int interrupted = 0;                    // by this signal, which ended it where it was then
   Counters counters;
 };
 

@@ -45,6 +45,7 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   kinks_ = driver_kinks(*problem.mechanism, scheme_->assembly().numbers());
   if (!cuts_possible_) return;
   scheme_->keep_beginnings();
+  scheme_->carry_slips_from_rest();  // each step is differentiated with the direction that it found
   course_ = std::make_unique<StepInterpolant>(*scheme_);
   length_ = std::make_unique<StepLength>(*scheme_);
   crossing_ = std::make_unique<CutCrossing>(*scheme_);

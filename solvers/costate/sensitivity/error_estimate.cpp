@@ -212,23 +212,41 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
   constexpr double share = kTakenAway;
+  // What two runs differ by includes the errors of both.
+  constexpr double kOwnErrors = 3;
   const double allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
+  double own_psi = 0, own_gradient = 0;
+  if (result.known_error) {
+    own_psi = kOwnErrors * result.known_error->psi;
+    own_gradient = kOwnErrors * largest_scaled(problem.parameters, result.known_error->gradient);
+  }
   ErrorEstimate e;
   double psi = 0, gradient = 0;
   const auto is_more = [&](const GradientResult& own, const GradientResult& changed) {
     e = apart(own, changed);
     psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
     gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / share / size : 0;
-    return psi > allowed || gradient > allowed;
+    return (psi > allowed && e.psi > own_psi) ||
+           (gradient > allowed && largest_scaled(problem.parameters, e.gradient) > own_gradient);
   };
   const auto widen = [&] {
     for (double& error : e.gradient) error /= share;
     widen_error(result, e.psi / share, e.gradient);
   };
+  // Of a result whose own error nothing has told softness is no more than a part, and stated where it is the larger
+  // one, of psi and of the gradient.
+  const auto tells = [&] {
+    return problem.solver.confirm ||
+           (e.psi / share > kNotKnown * problem.solver.rtol * of_psi &&
+            largest_scaled(problem.parameters, e.gradient) / share > kNotKnown * problem.solver.rtol * size);
+  };
   try {
     const Unsaid another;
     // What is no reason for a word is part of the error that is stated.
-    if (!is_more(result, run(other))) return widen();
+    if (!is_more(result, run(other))) {
+      if (tells()) widen();
+      return;
+    }
     if (!problem.solver.resolve) {  // two gradients that are not resolved differ by their errors as well
       Problem own = problem;
       own.solver.resolve = other.solver.resolve = true;
@@ -245,6 +263,18 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
       alpha, psi, gradient,
       large ? "rounding, of rows that depend on each other" : "its constraints are soft, O(1/alpha)",
       large ? "a smaller one" : "a larger one"));
+}
+
+std::optional<ErrorEstimate> estimate_or_tell(const std::function<ErrorEstimate()>& estimate) {
+  try {
+    return estimate();
+  } catch (const SolverError& e) {
+    notice(
+        fmt::format("The error of the result is not known: a run that would tell it, at a smaller tolerance, step or "
+                    "softness, fails. {}",
+                    e.what()));
+  }
+  return std::nullopt;
 }
 
 bool has_soft_constraints(const std::string& formulation) { return !find_formulation(formulation).exact_constraints(); }

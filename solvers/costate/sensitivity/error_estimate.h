@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
 /// Of a method's result.
 ErrorEstimate estimate_error(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                              const GradientResult& result);
+
+/// What `estimate` makes, or nothing, with a notice, where a run that it takes fails: the result is none the worse.
+std::optional<ErrorEstimate> estimate_or_tell(const std::function<ErrorEstimate()>& estimate);
 
 /// Whether a formulation's constraints are soft, so that its motion differs from the exact one by O(1/alpha) at any
 /// tolerance: the penalties, not all that carry redundant rows (the augmented Lagrangian iterates until the rows hold).

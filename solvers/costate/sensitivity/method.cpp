@@ -228,7 +228,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
 
 std::vector<double> estimate_gradient_error(const Problem& problem, const std::string& method,
                                             const std::vector<double>& rho, const GradientResult& result) {
-  return estimate_error(problem, method, rho, result).gradient;
+  const auto e = estimate_or_tell([&] { return estimate_error(problem, method, rho, result); });
+  return e ? e->gradient : std::vector<double>{};
 }
 
 }  // namespace costate

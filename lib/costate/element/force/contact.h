@@ -167,6 +167,7 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   int gap_count() const override { return count(); }
   GapMotion gap_motion(int i, const LocalState& s) const override { return gap_motion_of(i, s); }
   bool gap_presses(int i, const double* z) const override { return !latches_ || z[i * own_states()] > 0; }
+  double gap_force(int i, const LocalState& s) const override { return this->uncut_force_of(i, arguments(s)); }
   int gap_of_guard(int k) const override { return k / 2; }
   void add_open_at_start(const LocalState& s, std::vector<int>& states) const override {
     if (!latches_ || count() == 1) return;

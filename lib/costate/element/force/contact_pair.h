@@ -112,6 +112,11 @@ class ContactPair final : public ForceOf<ContactPair<Point>>,
     return of;
   }
   bool gap_presses(int, const double* z) const override { return !latched() || z[0] > 0; }
+  double gap_force(int, const LocalState& s) const override {
+    const double law[4] = {stiffness(s.p), s.p[1], s.p[2], s.p[3]};
+    const Motion<double> m = motion(s.q, s.v, s.p);
+    return uncut_force(options_.law, law, -m.gap, m.closing, latched() ? s.z[0] : -m.gap);
+  }
   int gap_of_guard(int) const override { return 0; }
   double touch_exponent(const double* p) const override { return p[1]; }
   bool tells_bends() const override { return true; }

@@ -205,14 +205,13 @@ class ContactPoints {
 
   /// For GapElement::add_bends(): of each point the touch where that is no event, else where its force would pull.
   void add_bends_of(const ContactArguments<double>& x, std::vector<double>& beyond) const {
-    for (int i = 0; i < count(); ++i) {
-      const double depth = -gap(i, x), law[4] = {stiffness(x.p), x.p[1], x.p[2], x.p[3]};
-      if (!latches_)
-        beyond.push_back(depth);
-      else
-        beyond.push_back(
-            touches(i, x) ? uncut_force(options_.law, law, depth, motion(i, x).closing, x.z[i * own_states()]) : 0);
-    }
+    for (int i = 0; i < count(); ++i)
+      beyond.push_back(!latches_ ? -gap(i, x) : touches(i, x) ? uncut_force_of(i, x) : 0);
+  }
+  /// Of point i, which touches: as it would be if it could pull.
+  double uncut_force_of(int i, const ContactArguments<double>& x) const {
+    const double depth = -gap(i, x), law[4] = {stiffness(x.p), x.p[1], x.p[2], x.p[3]};
+    return uncut_force(options_.law, law, depth, motion(i, x).closing, latches_ ? x.z[i * own_states()] : depth);
   }
 
   /// The forces at point i by its motion, own states and their rates.

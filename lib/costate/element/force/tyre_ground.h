@@ -45,7 +45,7 @@ class TyreGround : public CourseElement,
   /// The deflection it lacks, as the tyre's contact has it.
   GapMotion gap_motion(int, const LocalState& s) const override;
   bool gap_presses(int, const double*) const override { return true; }
-  bool gap_acts(int, const LocalState& s) const override { return unclipped_force(s, geometry(s)) > 0; }
+  double gap_force(int, const LocalState& s) const override { return unclipped_force(s, geometry(s)); }
   int gap_of_guard(int) const override { return -1; }
   /// The touch, the end of the damper's ramp, and where the normal force would pull.
   bool tells_bends() const override { return !setup_.bilateral; }

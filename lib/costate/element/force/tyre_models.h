@@ -122,8 +122,8 @@ double side_force(const Model& model, TyreInput<double> in, const double* z, con
   return out.lateral();
 }
 
-/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact
-/// point lies back by the trail. None depends on F_n. Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
+/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; F_y acts
+/// behind the contact point by the trail. None depends on F_n. Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
   static constexpr bool slips = true, pulls_along = false, overturns = true, resists = false;

@@ -74,7 +74,10 @@ struct TyreWrench {
   TyreGeometry<S> geometry;
   TyreInput<S> input;
   TyreOutput<S> output;
-  S arm[3];               // from the centre to the contact point, m
+  S arm[3];  // from the centre to the contact point, m
+  // By which the side force acts behind it, m: the normal force would drive a wheel that turns about its axis there.
+  S trail;
+  bool trails = false;
   S force[3], moment[3];  // about the centre
 
   template <class P>
@@ -89,10 +92,9 @@ struct TyreWrench {
       input.x[4] = spin * model.effective_radius(g.deflection, p[TyreNumbers::radius], p[TyreNumbers::stiffness],
                                                  p + model_numbers);
     apply_model(model, input, z, p + model_numbers, output, zdot);
-    for (int i = 0; i < 3; ++i) {
-      arm[i] = -g.loaded_radius * g.ez[i];
-      if (model.trail() >= 0) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
-    }
+    for (int i = 0; i < 3; ++i) arm[i] = -g.loaded_radius * g.ez[i];
+    trails = model.trail() >= 0;
+    if (trails) trail = S(p[model_numbers + model.trail()]);
     calc_wrench(setup, normal, output, force, moment);
   }
 
@@ -110,6 +112,15 @@ struct TyreWrench {
     }
     if (level && !vertical) F[2] += normal;
     cross3(arm, F, M);
+    if (Model::slips && trails) {
+      S back[3], side[3], turning[3];
+      for (int i = 0; i < 3; ++i) {
+        back[i] = -trail * g.ex[i];
+        side[i] = i < across ? y.lateral() * g.eg[i] : S(0.0);
+      }
+      cross3(back, side, turning);
+      for (int i = 0; i < 3; ++i) M[i] += turning[i];
+    }
     if (vertical) F[2] += normal;
     if (Model::overturns)
       for (int i = 0; i < across; ++i) M[i] += y.overturning() * g.ex[i];

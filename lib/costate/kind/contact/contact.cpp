@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/element/force/contact.h"
 #include "costate/element/force/contact_road.h"
 #include "costate/kind/contact/rigid_contact.h"
@@ -175,6 +176,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   if (compliant.static_coefficient > o.friction_coefficient) {
     o.friction_coefficient = compliant.static_coefficient;
     o.friction_key = "static_coefficient";
+    notice(
+        fmt::format("contact.{}: A rigid contact has one coefficient of friction: static_coefficient = {:g} is that of "
+                    "sticking, of sliding and of impacts, and friction_coefficient = {:g} does not count. Give one, "
+                    "or take kind = \"compliant\", which has both.",
+                    name, compliant.static_coefficient, compliant.friction_coefficient));
   }
   if (o.closed && o.friction_coefficient > 0) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");

@@ -38,7 +38,7 @@ const KindKeys tyre_keys("tyre",
                           {"camber_stiffness_N_per_rad", "linear: side force by camber"},
                           {"camber_moment_N_m_per_rad", "linear: moment about the forward direction by camber"},
                           {"aligning_moment_N_m_per_rad", "linear: moment about the ground's normal by slip angle"},
-                          {"trail_m", "linear: by how much the contact lies back"}});
+                          {"trail_m", "linear: by how much the side force acts behind the contact"}});
 
 }  // namespace
 

@@ -156,3 +156,26 @@ TEST_CASE("costate sweep: a balance that is not stable is told where it begins")
   CHECK_THAT(j.at("warnings").dump(), Contains("At 4 of 10 points, first at A.y = -0.7 m, the balance is not stable"));
   CHECK_THAT(costate_json(not_far, here.path()).at("warnings").dump(), !Contains("not stable"));
 }
+
+// Weights, reactions and the norm's multiplier cancel in the stiffness of the spin, and left "modes" of 1e-8 Hz, or one
+// that grows, without a word of rounding.
+TEST_CASE("costate modes: a spin that is free beside a pendulum's weight is two zeros") {
+  const WorkingDirectory here;
+  for (const char* g : {"-9.81", "-1"})
+    for (const char* mass : {"2", "5.3", "0.7"}) {
+      CAPTURE(g, mass);
+      write_text(here / "s.toml", std::string("[gravity]\nz_m_per_s2 = ") + g +
+                                      "\n[point.O]\nground = true\nx_m = 0\ny_m = 0\nz_m = 0\n[rigid_body.R]\nx_m = "
+                                      "0\ny_m = 0\nz_m = -1\nmass_kg = " +
+                                      mass +
+                                      "\ninertia_xx_kg_m2 = 0.3\ninertia_yy_kg_m2 = 0.3\ninertia_zz_kg_m2 = "
+                                      "0.1\n[point.top]\non = \"R\"\nx_m = 0\ny_m = 0\nz_m = 1\n[spherical.J]\npoints "
+                                      "= [\"O\", \"top\"]\n[start]\ngiven = [\"R.orientation\"]\n[run]\nt_end_s = 1\n");
+      const Json j = costate_json({"modes", "s.toml", "--no-files"}, here.path());
+      CHECK(j.at("zero_eigenvalues") == 2);
+      REQUIRE(j.at("modes").size() == 2);
+      const double m = std::stod(mass), w = std::sqrt(-m * std::stod(g) / (m + 0.3));
+      for (const Json& mode : j.at("modes"))
+        CHECK(mode.at("frequency_Hz").get<double>() == Approx(w / (2 * M_PI)).epsilon(1e-9));
+    }
+}

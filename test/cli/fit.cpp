@@ -360,6 +360,10 @@ TEST_CASE("fit: mistakes", "[fit]") {
              Contains("[[cost.samples]]"));
   CHECK_THAT(complaint({"fit", scene, "--confidence", "2", "--no-files"}), Contains("--confidence"));
   CHECK_THAT(complaint({"fit", scene, "--t-end", "3", "--no-files"}), Contains("outside the run from 0 to 3 s"));
+  // The library that searches said of it that a "ParameterBlock has at least one infeasible bound".
+  CHECK_THAT(complaint({"fit", scene, "--no-files", "--set", "parameter.damping.lower=0.05", "--set",
+                        "parameter.damping.upper=0.05"}),
+             Contains("'damping' has nowhere to go between its bounds"));
   write_text(here / "more.toml",
              "include = [\"" + scene + "\"]\n[[cost.running]]\nkind = \"square\"\noutput = \"P.x\"\n");
   CHECK_THAT(complaint({"fit", "more.toml", "--no-files"}), Contains("Only sums of squares at samples"));

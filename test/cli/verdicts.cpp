@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <tuple>
 
 #include "process.h"
 
@@ -131,4 +132,55 @@ TEST_CASE("verdicts: points of a front that exceed a constraint say so") {
   const Json j = costate_json({"pareto", "front.toml", "--no-files"}, here.path());
   CHECK_THAT(j.at("warnings").dump(), Contains("exceed a constraint"));
   for (const Json& p : j.at("points")) CHECK(p.at("violation").get<double>() >= 9);
+}
+
+namespace {
+/// Of a and b, a cost and two constraints by formulas.
+std::string two_constraints(const std::string& cost, const std::string& first, const std::string& second, double upper,
+                            const std::string& at) {
+  std::string text =
+      "[point.P]\nx_m = 0.3\ny_m = 0.4\n[mass.m]\npoint = \"P\"\nmass_kg = 1\n[start]\ngiven = [\"P.x\", \"P.y\"]\n";
+  for (const auto& [name, formula] : {std::pair{"f0", cost}, {"f1", first}, {"f2", second}})
+    text += fmt::format("[output.{}]\nformula = \"{}\"\nunit = \"1\"\n{}\n", name, formula, at);
+  text += "[[cost.terminal]]\nkind = \"value\"\noutput = \"f0\"\n";
+  for (const auto& [name, output, bound] : {std::tuple{"c1", "f1", 1.0}, {"c2", "f2", upper}})
+    text += fmt::format(
+        "[[optimize.constraint]]\nname = \"{}\"\nupper = {}\n[[optimize.constraint.terminal]]\nkind = "
+        "\"value\"\noutput = \"{}\"\n",
+        name, bound, output);
+  for (const char* p : {"a", "b"})
+    text += fmt::format(
+        "[parameter.{0}]\nnumbers = [\"output.f0.{0}\", \"output.f1.{0}\", \"output.f2.{0}\"]\nlower = "
+        "-2\nupper = 5\nscale = 1\n",
+        p);
+  return text + "[run]\nt_end_s = 0.1\nparameters = [\"a\", \"b\"]\n";
+}
+}  // namespace
+
+// c2 was "active", with a part of c1's multiplier, and left no direction free: a saddle was a strict minimum.
+TEST_CASE("verdicts: a constraint that is near its bound beside one that holds is not active") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml",
+             two_constraints("0-a+1e-5*b-2*b^2", "a^2+b^2", "a^2+(b-1e-3)^2", 1.000021, "a = 1\nb = 0"));
+  const Json saddle = costate_json({"optimize", "s.toml", "--no-files", "--max-evaluations", "1"}, here.path());
+  CHECK_THAT(saddle.at("certificate").at("verdict").get<std::string>(), !Contains("strict local minimum"));
+  // On the circle, lambda = 1/2, psi curves by 2 lambda - 4.
+  CHECK(saddle.at("certificate").at("hessian_eigenvalues").at(0).get<double>() == Approx(-3).epsilon(1e-3));
+  for (const char* aside : {"0.003", "0.0003", "0.0001"}) {
+    CAPTURE(aside);
+    write_text(here / "s.toml", two_constraints("(a-3)^2+(b-0.2)^2", "a^2+b^2", std::string("a^2+(b-") + aside + ")^2",
+                                                1, "a = 0\nb = 0"));
+    const Json c = costate_json({"optimize", "s.toml", "--no-files"}, here.path()).at("certificate");
+    CHECK(c.at("active") == Json({"constraint.c1"}));
+    CHECK(c.at("multipliers").at("constraint.c1").get<double>() == Approx(std::hypot(3, 0.2) - 1).epsilon(1e-5));
+    CHECK_THAT(c.at("verdict").get<std::string>(), Contains("strict local minimum"));
+  }
+}
+
+// Kuhn and Tucker's cusp: both multipliers 8e4, and the tolerance of the residual 0.9 of psi's own slope.
+TEST_CASE("verdicts: where constraints hold each other there is none") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", two_constraints("0*b-a", "b-(1-a)^3+1", "0*a-b", 0, "a = -0.5\nb = 0.5"));
+  const Json c = costate_json({"optimize", "s.toml", "--no-files"}, here.path()).at("certificate");
+  CHECK_THAT(c.at("verdict").get<std::string>(), Contains("hold each other"));
 }

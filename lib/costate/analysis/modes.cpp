@@ -168,6 +168,21 @@ MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
   return lu.rank() == rows.rank() ? MatrixXd(lu.kernel()) : rows.null_space();
 }
 
+/// What entries of K are sums of: of the Euler parameters of one body these are reactions and forces times its lever
+/// arms, and the norm's multiplier, any of which may cancel in one entry (a free spin beside a pendulum's weight), and
+/// stand in another.
+MatrixXd stiffness_terms(const Mechanism& m, const MatrixXd& K) {
+  MatrixXd terms = K.cwiseAbs();
+  for (const auto& c : m.constraints())
+    if (dynamic_cast<const EulerNormConstraint*>(c.get())) {
+      const auto& e = c->coordinates();
+      const double largest = terms(e, e).maxCoeff();
+      for (const int i : e)
+        for (const int j : e) terms(i, j) = largest;
+    }
+  return terms;
+}
+
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const Point p = solve_point(assembly, t, r, &r.directions);
   const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2, rows, reactions] = p;
@@ -215,7 +230,9 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                  most_left = (L * T.transpose()).cwiseAbs();
   motion.terms = motion.A.cwiseAbs();
   if (f > 0)
-    motion.terms.middleRows(f, f) << most_left * (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) /
+    motion.terms.middleRows(f, f) << most_left *
+                                         (stiffness_terms(assembly.mechanism(), K) * most + C.cwiseAbs() * most_d +
+                                          M.cwiseAbs() * most_a) /
                                          w,
         most_left * (C.cwiseAbs() * most + 2 * M.cwiseAbs() * most_d), most_left * Q_z.cwiseAbs() / w;
   if (nz > 0)

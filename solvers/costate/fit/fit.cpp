@@ -45,6 +45,12 @@ class Residuals {
     }
     if (parameters_.empty())
       throw Error("There is no parameter to fit: list some in [run] parameters, or by --parameters.");
+    for (const Parameter& p : parameters_)
+      if (!(p.lower < p.upper))
+        throw Error(
+            fmt::format("The parameter '{}' has nowhere to go between its bounds {} and {}: leave it out of the "
+                        "parameters, so that it stays at its value, or widen them.",
+                        p.name, p.lower, p.upper));
   }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }

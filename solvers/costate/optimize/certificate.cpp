@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/optimize/active_rows.h"
 #include "costate/optimize/certificate_terms.h"
 #include "costate/optimize/certificate_verdict.h"
 #include "costate/optimize/curvature.h"
@@ -29,6 +30,8 @@ constexpr double kStationary = 1e-4;
 // A constraint is a candidate for being active this near its bound, relative to the larger of 1 and the
 // bound: optimizers stop some way inside.
 constexpr double kNear = 1e-3;
+// So many times psi's slopes are what constraints do to each other.
+constexpr double kThemselves = 1e3;
 // A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
 constexpr double kOnBound = 1e-8;
 // The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and
@@ -83,7 +86,7 @@ class Certifier {
   Certificate run() {
     result_.projected_gradient = best_.projected_gradient;
     g_ = scaled(best_.gradient);
-    find_active_rows();
+    find_active();
     const std::optional<MatrixXd> curvature = find_hessian();
     const MatrixXd H = curvature.value_or(MatrixXd());
     set_tolerance(H);
@@ -100,6 +103,7 @@ class Certifier {
     }
     if (curvature) analyse(H);
     judge(result_, curvature.has_value());
+    tell_of_constraints_alone();
     return result_;
   }
 
@@ -116,40 +120,14 @@ class Certifier {
 
   static bool violated(const Row& r) { return !r.of_worst && r.value > kNear * r.size; }
 
-  /// The rows near zero and mu >= 0 for them: the least |dL/dx|, those that would be negative left out.
-  void find_active_rows() {
-    for (std::size_t c = 0; c < terms_.rows.size(); ++c)
-      if (terms_.rows[c].value >= -kNear * terms_.rows[c].size) near_.push_back(c);
-    slope_ = g_;
-    const int turns = 2 * (n_ + static_cast<int>(near_.size()));
-    for (int turn = 0; turn < turns && !near_.empty(); ++turn) {
-      A_.resize(n_, static_cast<Index>(near_.size()));
-      for (std::size_t i = 0; i < near_.size(); ++i) A_.col(static_cast<Index>(i)) = terms_.rows[near_[i]].g;
-      // Bounds take what pushes out of them; the rest is to vanish.
-      MatrixXd rows = A_;
-      VectorXd right = -g_;
-      for (int j = 0; j < n_; ++j)
-        if (held(j, slope_[j])) {
-          rows.row(j).setZero();
-          right[j] = 0;
-        }
-      mu_ = rows.completeOrthogonalDecomposition().solve(right);
-      Index worst = 0;
-      if (mu_.minCoeff(&worst) < 0) {
-        near_.erase(near_.begin() + worst);
-        slope_ = g_;
-        continue;
-      }
-      const VectorXd next = g_ + A_ * mu_;
-      bool same = true;
-      for (int j = 0; j < n_; ++j) same = same && held(j, next[j]) == held(j, slope_[j]);
-      slope_ = next;
-      if (same) return;
-    }
-    near_.clear();  // none, or no choice of them settles
-    A_.resize(n_, 0);
-    mu_.resize(0);
-    slope_ = g_;
+  /// The rows near zero and mu >= 0 for them.
+  void find_active() {
+    ActiveRows found = find_active_rows(
+        terms_.rows, g_, [this](int j, double slope) { return held(j, slope); }, kNear);
+    near_ = std::move(found.near);
+    A_ = std::move(found.A);
+    mu_ = std::move(found.mu);
+    slope_ = std::move(found.slope);
   }
 
   /// Of L, in scaled parameters; each case's by its own run.
@@ -235,7 +213,7 @@ class Certifier {
       // Constraints' curvature explains a residual as long as moves of kStationary change little of what they hold.
       MatrixXd of_psi = MatrixXd::Zero(n_, n_);
       for (const auto& [q, factor] : terms_.psi) of_psi += factor * terms_.quantities[q].second;
-      const double held = (A_ * mu_.asDiagonal()).cwiseAbs().maxCoeff();
+      const double held = held_size();
       result_.tolerance = kStationary * of_psi.cwiseAbs().maxCoeff() +
                           std::min(kStationary * (H - of_psi).cwiseAbs().maxCoeff(), kOfHeld * held) +
                           kSteps * rtol_ * held;
@@ -280,6 +258,21 @@ class Certifier {
     }
     if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[terms_.worst].name, of_worst_);
   }
+
+  /// Where constraints' gradients nearly depend on each other their multipliers balance themselves, and not psi.
+  void tell_of_constraints_alone() {
+    const double of_psi = n_ > 0 ? g_.cwiseAbs().maxCoeff() : 0, held = held_size();
+    if (!(held > kThemselves * of_psi) || !(held > kThemselves * result_.kkt_residual) ||
+        !(result_.tolerance > 0.1 * of_psi) || result_.kind == Certificate::Kind::not_feasible)
+      return;
+    result_.kind = Certificate::Kind::none;
+    result_.verdict = fmt::format(
+        "no verdict: constraints and bounds hold each other, with up to {:.1g} times psi's own slopes, as their "
+        "gradients nearly depend on each other here (no constraint qualification): the KKT conditions say little, and "
+        "psi may have further to go.",
+        held / of_psi);
+  }
+  double held_size() const { return mu_.size() > 0 ? (A_ * mu_.asDiagonal()).cwiseAbs().maxCoeff() : 0; }
 
   void measure() {
     double r = 0;

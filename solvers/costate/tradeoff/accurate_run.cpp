@@ -32,7 +32,7 @@ constexpr int kSamples = 60;
 constexpr double kGivenUp = 1e-9;
 // The tolerance that is expected to serve against the accuracy, of explicit schemes so much more, and the bounds of
 // both.
-constexpr double kFirst = 0.02, kSchemes = 2.5, kLoosest = 2e-4, kLoosestOfSchemes = 5e-4, kTightest = 1e-13;
+constexpr double kFirst = 0.02, kSchemes = 2.5, kLoosest = 5e-5, kLoosestOfSchemes = 2e-5, kTightest = 1e-13;
 // Errors are told by a run ErrorOrder::kApart times looser, but no looser than that.
 constexpr double kLoosestRun = 5e-3;
 // What a scheme's run counts against those of the others, whose errors are larger at a tolerance of this ratio still;

@@ -125,7 +125,7 @@ TEST_CASE("an estimate whose runs fail leaves the result, and says so", "[resolv
   take_notices();
   const auto none = estimate_or_tell([&] { return estimate_error(p, "cvodes-forward", rho, r); });
   CHECK_FALSE(none.has_value());
-  CHECK_THAT(notices(), Catch::Contains("The error of the result is not known") && Catch::Contains("max_steps"));
+  CHECK_THAT(notices(), Catch::Contains("The error of the result is not known") && Catch::Contains("limit of steps"));
   CHECK(estimate_gradient_error(p, "cvodes-forward", rho, r).empty());
   take_notices();
   p.solver.max_steps = 1000000;

@@ -163,6 +163,7 @@ output = "{}"
   // In the first moment -trail F_y/I of F_y = -C vy/vx, which falls by 4 % in 1 ms.
   const double turned = 1e-3 * 0.02 * 4e4 * std::atan(0.5 / 10) / 2e4;
   CHECK(run(0.02, 0.5, 1e-3, "b.omega_z") == Approx(turned).epsilon(0.03));
-  CHECK(std::abs(run(0, 0.5, 1e-3, "b.omega_z")) < 1e-6 * turned);
+  // What the wheel's spin makes of the roll is 1e-5 of that.
+  CHECK(std::abs(run(0, 0.5, 1e-3, "b.omega_z")) < 1e-4 * turned);
   take_notices();
 }

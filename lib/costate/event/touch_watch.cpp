@@ -151,7 +151,10 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
     if (std::isnan(ends_[i].t)) continue;
-    if (g.seen.t != from) g.seen = g.trace.look(at(from), assembly_);
+    if (g.seen.t != from) {
+      g.seen = g.trace.look(at(from), assembly_);
+      g.force = std::numeric_limits<double>::quiet_NaN();
+    }
     traces_[i].clear();
     if (stays_away(g.seen, ends_[i])) continue;
     g.trace.follow(g.seen, ends_[i], at, assembly_, traces_[i]);

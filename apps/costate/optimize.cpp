@@ -207,6 +207,7 @@ class OptimizeRun {
                                    {"initial", first.constraints[k] + bounds_[k].upper},
                                    {"psi", best.constraints[k] + bounds_[k].upper}});
     tell_of_violations(best);
+    tell_of_far_parameters(best);
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, bounds_));
     if (o_.adapt_accuracy) {
@@ -216,6 +217,20 @@ class OptimizeRun {
       j_["adaptation"] = adaptation_json(adapted);
     }
     j_["notes"] = notes_;
+  }
+
+  /// Where psi falls for ever a search ends as far as its steps lead.
+  void tell_of_far_parameters(const OptimizerEvaluation& best) {
+    constexpr double kFar = 1e5;  // scales
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      const Parameter& p = setup_.problem.parameters.parameters[i];
+      const double moved = (best.rho[i] - p.value) / p.scale;
+      if (std::abs(moved) > kFar && !std::isfinite(moved > 0 ? p.upper : p.lower))
+        note(
+            fmt::format("'{}' went {:.1g} of its scales away from where it began, and has no bound there: psi may fall "
+                        "for ever along it. Give it {}, or a larger scale.",
+                        names_[i], std::abs(moved), moved > 0 ? "an 'upper'" : "a 'lower'"));
+    }
   }
 
   /// The best point is the least psi of those that keep the constraints; of none where none does.

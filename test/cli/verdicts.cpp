@@ -184,3 +184,32 @@ TEST_CASE("verdicts: where constraints hold each other there is none") {
   const Json c = costate_json({"optimize", "s.toml", "--no-files"}, here.path()).at("certificate");
   CHECK_THAT(c.at("verdict").get<std::string>(), Contains("hold each other"));
 }
+
+TEST_CASE("verdicts: a parameter that goes on for ever is told") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", R"([point.P]
+x_m = 0.3
+y_m = 0.4
+[mass.m]
+point = "P"
+mass_kg = 1
+[start]
+given = ["P.x", "P.y"]
+[output.f]
+formula = "0-a"
+unit = "1"
+a = 1
+[[cost.terminal]]
+kind = "value"
+output = "f"
+[parameter.a]
+number = "output.f.a"
+[run]
+t_end_s = 0.1
+parameters = ["a"]
+)");
+  const Json j = costate_json({"optimize", "s.toml", "--no-files"}, here.path());
+  CHECK_THAT(j.at("notes").dump(), Contains("'a' went") && Contains("psi may fall for ever"));
+  const Json bounded = costate_json({"optimize", "s.toml", "--no-files", "--set", "parameter.a.upper=4"}, here.path());
+  CHECK_THAT(bounded.at("notes").dump(), !Contains("for ever"));
+}

@@ -84,8 +84,11 @@ TyreParts add_tyre_parts(MechanismBuilder& builder, const std::string& name, con
                                                  o.wheel, o.wheel));
   const SpatialPoint& wheel = builder.spatial_point(o.wheel);
   if (wheel.kind() != SpatialPoint::Kind::on_body)
-    throw ModelError(path + "wheel",
-                     fmt::format("'{}' is not fixed to a rigid body, as a wheel's centre must be.", o.wheel));
+    throw ModelError(
+        path + "wheel",
+        fmt::format("'{}' is not fixed to a rigid body, as a wheel's centre must be. ([rigid_body]: bodies "
+                    "in natural coordinates carry no tyre.)",
+                    o.wheel));
   if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0) throw ModelError(path + "axis", "The axis must not be zero.");
   TyreParts parts{{find_road(builder, path + "road", o.road), o.contact, o.bilateral, !o.spin.empty()}, wheel, {}, {}};
   if (!o.spin.empty()) {

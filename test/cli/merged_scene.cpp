@@ -245,6 +245,21 @@ TEST_CASE("explain --merged: guesses that do not fit together start the same") {
       Approx(costate_json({"simulate", "arm.toml", "--no-files"}, here.path()).at("psi").get<double>()).epsilon(1e-6));
 }
 
+TEST_CASE("explain --merged: a bushing's frame turns with the body that it is on") {
+  const WorkingDirectory here;
+  for (const char* own : {"", "rotation_axis_from = [1, 0, 2]\nangle_from_rad = 0.7\n"}) {
+    CAPTURE(own);
+    const Json j = merged(
+        here, with(plain(kArm), "[start]",
+                   std::string("[bushing.mount]\nfrom = \"end\"\nto = \"pin\"\n") + own +
+                       "stiffness_N_per_m = [2, 30, 9]\nstiffness_N_m_per_rad = [1, 0.2, 3]\ndamping_N_s_per_m = "
+                       "[0.1, 0.3, 0.02]\npreload_N_m = [0.1, 0.2, -0.3]\n[start]"));
+    const double psi = costate_json({"simulate", "arm.toml", "--no-files"}, here.path()).at("psi");
+    CHECK(j.at("psi").get<double>() == Approx(psi).epsilon(1e-5));
+    CHECK_THAT(run_costate({"dump", "one.toml"}, here.path()).out, Contains("rotation_axis_from"));
+  }
+}
+
 TEST_CASE("explain --merged: what a frame that goes is needed for is refused by name") {
   const WorkingDirectory here;
   CHECK_THAT(refusal(here, with(kArm, "rigid_body.mast.center_y_m", "point.tip.x_m")), Contains("'point.tip.x_m'"));

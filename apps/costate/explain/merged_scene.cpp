@@ -7,9 +7,11 @@
 #include <cmath>
 #include <set>
 
+#include "bushing_frame.h"
 #include "costate/analysis/start.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
+#include "scene_vector.h"
 #include "weld_groups.h"
 #include "written_start.h"
 
@@ -20,25 +22,6 @@ namespace {
 // Of a position's largest component, what is left of a zero.
 constexpr double kZeroLength = 1e-13;
 constexpr const char* kPairs[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-
-/// With the digits that a start solved to 1e-12 has.
-double rounded(double x) { return std::stod(fmt::format("{:.13g}", x + 0.0)); }
-
-SceneNode vector_node(const Eigen::Vector3d& x) {
-  SceneNode n;
-  n.type = SceneNode::Type::array;
-  for (const double v : x) n.children.push_back(number_node(rounded(v)));
-  return n;
-}
-
-bool is_vector(const SceneNode& n) {
-  return n.is_array() && n.children.size() == 3 &&
-         std::all_of(n.children.begin(), n.children.end(), [](const SceneNode& c) { return c.is_number(); });
-}
-
-Eigen::Vector3d vector_of(const SceneNode& n) {
-  return {n.children[0].as_double(), n.children[1].as_double(), n.children[2].as_double()};
-}
 
 struct MassProperties {
   double m = 0;                                 // kg
@@ -217,6 +200,13 @@ class MergedWriter {
     } else if (kind == "tyre") {
       const Eigen::Vector3d across = Eigen::Vector3d::UnitY();
       by_point("axis", "wheel", &across);
+    } else if (kind == "bushing") {
+      for (const std::string end : {"from", "to"}) {
+        const SceneNode* at = t.find(end);
+        if (const WeldedPart* p = at ? part_of_point(at->text) : nullptr; p && p->turned())
+          turn_bushing_frame(root_, path, t, end, p->R);
+      }
+      for (const SceneNode& c : t.children) turned.insert(c.key);  // all along the axes of its frame
     }
     // What else may be in the frame of a part that is turned against the body that stays.
     bool on_turned = false, in_frame = false;
@@ -262,7 +252,7 @@ class MergedWriter {
     }
     for (int i = 0; i < 3; ++i)
       set(fmt::format("point.{}.{}_m", point, "xyz"[i]),
-          std::abs(at[i]) < kZeroLength * at.cwiseAbs().maxCoeff() ? 0 : rounded(at[i]));
+          std::abs(at[i]) < kZeroLength * at.cwiseAbs().maxCoeff() ? 0 : in_start_digits(at[i]));
   }
 
   void move_points() {
@@ -291,7 +281,7 @@ class MergedWriter {
   }
 
   void write_number(const std::string& path, double before, double now) {
-    if (now != before) set(path, rounded(now));
+    if (now != before) set(path, in_start_digits(now));
   }
 
   void write(const std::string& path, const MassProperties& before, const MassProperties& now) {

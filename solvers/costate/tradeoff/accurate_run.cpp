@@ -43,14 +43,14 @@ constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.5;
 constexpr double kPatience = 65;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
-// Two runs may agree by chance, over stick and slip above all, and the more so the looser they are: the first two have
-// to do so much better than asked, or a third one tells.
+// Two runs may agree by chance, over stick and slip above all, and the more so the looser they are and the fewer steps
+// they take: the first two have to do so much better than asked, or a third one tells.
 constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
+constexpr long kFewSteps = 30;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3; that of an explicit scheme's steps
 // costs less than one tangent.
 constexpr std::size_t kTangents = 3;
-// Psi is as wrong as the outputs are, or a little less, and as scaled derivatives: a difference that is a smaller part
-// of theirs is so by chance.
+// Psi is as wrong as the outputs are, or a little less, and as scaled derivatives: less of a difference is chance.
 constexpr double kByChance = 0.3;
 // A psi that is small has absolute tolerances of which 30 are no more than that part of accuracy psi, in the units of
 // the mechanism's size (resolve_small_psi()): two runs with larger ones may have the same errors.
@@ -241,8 +241,8 @@ class Chooser {
       r.looser = looser;
       judge(coarse, fine, rtol, order, r);
       r.met = r.relative <= request_.accuracy;
-      const bool sure =
-          !first_two || r.relative <= (looser > kByChanceAt ? kFirstTwo : kFirstTwoTight) * request_.accuracy;
+      const bool loose = looser > kByChanceAt, few = loose && r.result.counters.steps < kFewSteps;
+      const bool sure = !first_two || (!few && r.relative <= (loose ? kFirstTwo : kFirstTwoTight) * request_.accuracy);
       if ((r.met && sure) || rtol <= kTightest) return true;
       if (scheme && request_.gradient && order.slow()) return false;
       const double next = rtol * order.step(kAim * request_.accuracy);

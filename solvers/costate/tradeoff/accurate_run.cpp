@@ -21,6 +21,7 @@
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/error_order.h"
+#include "costate/tradeoff/told_by_two.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -43,10 +44,6 @@ constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.5;
 constexpr double kPatience = 65;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
-// Two runs may agree by chance, over stick and slip above all, and the more so the looser they are and the fewer steps
-// they take: the first two have to do so much better than asked, or a third one tells.
-constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
-constexpr long kFewSteps = 30;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3; that of an explicit scheme's steps
 // costs less than one tangent.
 constexpr std::size_t kTangents = 3;
@@ -225,6 +222,7 @@ class Chooser {
     TradeReference coarse, fine;
     double looser = loose_run(what, std::min(ErrorOrder::kApart * first, kLoosestRun), patience_s, coarse, r);
     double rtol = std::min(first, 0.1 * looser);
+    long before = r.result.counters.steps;
     r.what = what;
     r.looser = 0;
     for (bool first_two = true;; first_two = false) {
@@ -241,11 +239,12 @@ class Chooser {
       r.looser = looser;
       judge(coarse, fine, rtol, order, r);
       r.met = r.relative <= request_.accuracy;
-      const bool loose = looser > kByChanceAt, few = loose && r.result.counters.steps < kFewSteps;
-      const bool sure = !first_two || (!few && r.relative <= (loose ? kFirstTwo : kFirstTwoTight) * request_.accuracy);
-      if ((r.met && sure) || rtol <= kTightest) return true;
+      const TwoRuns two{looser, before, r.result.counters.steps, first_two, r.relative, request_.accuracy};
+      before = r.result.counters.steps;
+      if ((r.met && two.tell()) || rtol <= kTightest) return true;
       if (scheme && request_.gradient && order.slow()) return false;
-      const double next = rtol * order.step(kAim * request_.accuracy);
+      const double step = order.step(kAim * request_.accuracy),
+                   next = rtol * (two.other_steps() ? step : std::min(step, TwoRuns::kFurther));
       looser = rtol;
       rtol = std::max(next, kTightest);
       std::swap(coarse, fine);

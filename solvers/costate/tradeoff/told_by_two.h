@@ -1,0 +1,30 @@
+// Whether two runs, the second at a tighter tolerance, tell the error of the second: they may agree by chance, over
+// stick and slip above all, and the more so the looser they are and the fewer steps they take; and where they take the
+// same steps, as something else than the tolerance bounds these (looks at laws of time), or the second fewer, their
+// difference tells nothing.
+#pragma once
+
+namespace costate {
+
+struct TwoRuns {
+  double looser = 0;                  // rtol of the first
+  long before = 0, steps = 0;         // of both
+  bool first_two = true;              // of a search; a third one told more
+  double relative = 0, accuracy = 0;  // the error that they tell of the second, and what is asked for
+
+  bool other_steps() const { return static_cast<double>(steps) >= kOtherSteps * static_cast<double>(before); }
+  /// The first two have to do so much better than asked, or a third one tells.
+  bool tell() const {
+    if (!other_steps()) return false;
+    if (!first_two) return true;
+    const bool loose = looser > kByChanceAt;
+    return !(loose && steps < kFewSteps) && relative <= (loose ? kFirstTwo : kFirstTwoTight) * accuracy;
+  }
+
+  static constexpr double kOtherSteps = 1.2, kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
+  static constexpr long kFewSteps = 30;
+  /// To the next tolerance where steps were the same.
+  static constexpr double kFurther = 1e-2;
+};
+
+}  // namespace costate

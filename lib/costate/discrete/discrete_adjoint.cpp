@@ -114,7 +114,7 @@ void DiscreteAdjoint::velocities_back() {
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
       if (!slips.has(at.along))
         gradient_[static_cast<std::size_t>(column)] += factor * s2[at.along] * at.direction * r.eta[at.normal];
-  slips.take_kept(assembly_, end, r.u, s2, q_.data(), gradient_.data());
+  slips.take_projected(assembly_, end, r.u, r.eta, s2, q_.data(), sigma_, gradient_.data());
   add_outer(s1, r.u);
   assembly_.add_projection_gradient(end, r.u, r.eta, s1, -1, gradient_.data(), false);
 }

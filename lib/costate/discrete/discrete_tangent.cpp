@@ -92,7 +92,7 @@ void DiscreteTangent::project_velocities() {
   for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
       if (!slips.has(at.along)) right_(n_ + nz_ + at.along, column) += factor * at.direction * r.eta[at.normal];
-  slips.subtract_kept(assembly_, s, r.u, q_, true, right_.bottomRows(m_));
+  slips.subtract_projected(assembly_, s, r.u, r.eta, q_, turns_, true, right_.bottomRows(m_));
   for (int j = 0; j < np_; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, q_.col(j).data(), force);

@@ -88,7 +88,7 @@ void StepLength::calc() {
   right_.col(1).head(n_) = -vector(reaction_.data(), n_);
   right_.col(1).tail(m_) = -vector(time_.phid.data(), m_);
   slips.clear_rows(assembly_);
-  slips.subtract_kept(assembly_, end, r.u, sides(&StepColumn::q), false, right_.bottomRows(m_));
+  slips.subtract_projected(assembly_, end, r.u, r.eta, sides(&StepColumn::q), turns, false, right_.bottomRows(m_));
   for (int j = 0; j < 2; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, columns_[j].q.data(), force);

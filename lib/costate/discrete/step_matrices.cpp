@@ -82,7 +82,7 @@ int StepMatrices::factor_projection(const Assembly& a, const StageRows& rows) {
   if (bad >= 0 || !keeps_slips_) return bad;
   std::vector<double> J = a.phi_q;
   for (std::size_t k = 0; k < J.size(); ++k)
-    if (rows.slips().has(static_cast<int>(a.jacobian().row[k]))) J[k] = a.reaction_jacobian()[k];
+    if (rows.slips().keeps(static_cast<int>(a.jacobian().row[k]))) J[k] = a.reaction_jacobian()[k];
   matrix_.set_zero();
   matrix_.add(square_, a.M.data());
   matrix_.add(transposed_, a.reaction_jacobian().data());
@@ -106,8 +106,9 @@ void StepMatrices::add_corner(const Assembly& a, const StageRows& rows, Of of) {
     at(r.along, r.normal) = -direction * a.numbers()[static_cast<std::size_t>(r.number)];
   }
   if (of != Of::projection)
-    rows.slips().for_each_multiplier(
-        [&](int row, int multiplier, double by) { at(row, multiplier) = of == Of::step ? by : 0; });
+    rows.slips().for_each_multiplier([&](int row, int multiplier, double by) {
+      if (of == Of::step || rows.slips().keeps(row)) at(row, multiplier) = of == Of::step ? by : 0;
+    });
   matrix_.add(corner_, corner_values_.data());
 }
 

@@ -180,37 +180,54 @@ MatrixXd StepSlips::turns(const MatrixXd& q, const MatrixXd& v, const MatrixXd* 
   return all;
 }
 
+void StepSlips::subtract_turn(const Slip& x, Index i, const MatrixXd& turns, const double* lambda, bool parameters,
+                              Eigen::Ref<MatrixXd> right) const {
+  right.middleRows(x.along, 2) += x.mu * lambda[x.normal] * turns.middleRows(2 * i, 2);
+  if (!parameters) return;
+  for (const auto& [column, f] : x.of_mu) right.block<2, 1>(x.along, column) += f * lambda[x.normal] * x.sigma;
+}
+
+void StepSlips::take_turn(const Slip& x, Index i, const double* s2, const double* lambda, VectorXd& bars,
+                          double* gradient) const {
+  const Vector2d weight(s2[x.along], s2[x.along + 1]);
+  bars.segment<2>(2 * i) += x.mu * lambda[x.normal] * weight;
+  for (const auto& [column, f] : x.of_mu) gradient[column] += f * lambda[x.normal] * x.sigma.dot(weight);
+}
+
 void StepSlips::subtract_turns(const MatrixXd& turns, const double* lambda, bool parameters,
                                Eigen::Ref<MatrixXd> right) const {
-  for (std::size_t i = 0; i < slips_.size(); ++i) {
-    const Slip& x = slips_[i];
-    right.middleRows(x.along, 2) += x.mu * lambda[x.normal] * turns.middleRows(2 * static_cast<Index>(i), 2);
-    if (!parameters) continue;
-    for (const auto& [column, f] : x.of_mu) right.block<2, 1>(x.along, column) += f * lambda[x.normal] * x.sigma;
-  }
+  for (std::size_t i = 0; i < slips_.size(); ++i)
+    subtract_turn(slips_[i], static_cast<Index>(i), turns, lambda, parameters, right);
 }
 
 void StepSlips::take_turns(const double* s2, const double* lambda, VectorXd& bars, double* gradient) const {
-  for (std::size_t i = 0; i < slips_.size(); ++i) {
-    const Slip& x = slips_[i];
-    const Vector2d weight(s2[x.along], s2[x.along + 1]);
-    bars.segment<2>(2 * static_cast<Index>(i)) += x.mu * lambda[x.normal] * weight;
-    for (const auto& [column, f] : x.of_mu) gradient[column] += f * lambda[x.normal] * x.sigma.dot(weight);
-  }
+  for (std::size_t i = 0; i < slips_.size(); ++i)
+    take_turn(slips_[i], static_cast<Index>(i), s2, lambda, bars, gradient);
 }
 
-void StepSlips::subtract_kept(const Assembly& assembly, const StateView& s, const double* u, const MatrixXd& q,
-                              bool parameters, Eigen::Ref<MatrixXd> right) const {
-  for (const Slip& x : slips_) {
+void StepSlips::subtract_projected(const Assembly& assembly, const StateView& s, const double* u, const double* eta,
+                                   const MatrixXd& q, const MatrixXd& turns, bool parameters,
+                                   Eigen::Ref<MatrixXd> right) const {
+  for (std::size_t i = 0; i < slips_.size(); ++i) {
+    const Slip& x = slips_[i];
+    if (x.kind == Kind::by_slip) {
+      subtract_turn(x, static_cast<Index>(i), turns, eta, parameters, right);
+      continue;
+    }
     const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);
     right.middleRows(x.along, 2) -= kept.by_q * q(x.coordinates, Eigen::all);
     if (parameters) right.middleRows(x.along, 2) -= kept.by_rho;
   }
 }
 
-void StepSlips::take_kept(const Assembly& assembly, const StateView& s, const double* u, const double* s2, double* q,
-                          double* gradient) const {
-  for (const Slip& x : slips_) {
+void StepSlips::take_projected(const Assembly& assembly, const StateView& s, const double* u, const double* eta,
+                               const double* s2, double* q, VectorXd& bars, double* gradient) const {
+  for (std::size_t i = 0; i < slips_.size(); ++i) {
+    const Slip& x = slips_[i];
+    if (x.kind == Kind::by_slip) {
+      take_turn(x, static_cast<Index>(i), s2, eta, bars, gradient);
+      continue;
+    }
     const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);
     const Vector2d weight(s2[x.along], s2[x.along + 1]);
     const VectorXd by_q = kept.by_q.transpose() * weight, by_rho = kept.by_rho.transpose() * weight;

@@ -1,7 +1,8 @@
-// Contacts that slide in space within a fixed step. The direction sigma of the step's friction is that of its stage,
-// whose slip the projection of velocities leaves alone, J u = 0, and the accelerations have it, too. Two pairs of rows
-// of the step's own equations tell it, which have one solution as long as w = J v* + o, the velocity along the ground,
-// points forward:
+// Contacts that slide in space within a fixed step. The direction sigma of the step's friction is that of its stage;
+// the impulses of the projection of velocities have it, eta_k + mu eta_n sigma_k = 0, but where w may vanish soon,
+// whose slip they leave alone, J u = 0 (so it passes zero on a line; everywhere, steps were of first order beside
+// joints), and the accelerations have it, too. Two pairs of rows of the step's own equations tell it, which have one
+// solution as long as w = J v* + o, the velocity along the ground, points forward:
 //   -(lambda_k + mu lambda_n sigma_k),  k = 1, 2,        sigma = w/|w|
 //   -(|lambda_t| + mu lambda_n),  sigma_x w/G,           sigma = lambda_t/|lambda_t|,  sigma_x = (-sigma_2, sigma_1)
 // The first one turns the faster the slower the slip is and ends where w = 0, the second one passes over that, as a row
@@ -30,6 +31,13 @@ class StepSlips {
   bool has(int row) const {
     return std::any_of(slips_.begin(), slips_.end(),
                        [&](const Slip& x) { return row - x.along == 0 || row - x.along == 1; });
+  }
+
+  /// Whether this is one of their rows along the ground whose slip the projection of velocities leaves alone.
+  bool keeps(int row) const {
+    return std::any_of(slips_.begin(), slips_.end(), [&](const Slip& x) {
+      return x.kind != Kind::by_slip && (row - x.along == 0 || row - x.along == 1);
+    });
   }
 
   /// sigma and the rows at a stage (q, v*, a*, lambda*, z), or without a step at a state.
@@ -82,13 +90,14 @@ class StepSlips {
                       Eigen::Ref<Eigen::MatrixXd> right) const;
   /// Of these rows' weights s2: `bars` of sigma, and the gradient, lose them.
   void take_turns(const double* s2, const double* lambda, Eigen::VectorXd& bars, double* gradient) const;
-  /// For the projection's rows J u = 0 at the state s: right (m rows) -= their derivatives along columns of q at fixed
-  /// u, and by parameters where a column is one.
-  void subtract_kept(const Assembly& assembly, const StateView& s, const double* u, const Eigen::MatrixXd& q,
-                     bool parameters, Eigen::Ref<Eigen::MatrixXd> right) const;
-  /// Of these rows' weights s2: the bars of q, and the gradient, lose them.
-  void take_kept(const Assembly& assembly, const StateView& s, const double* u, const double* s2, double* q,
-                 double* gradient) const;
+  /// For the projection's rows at the state s: right (m rows) -= their derivatives along columns of q and turns at
+  /// fixed u and eta, and by parameters where a column is one.
+  void subtract_projected(const Assembly& assembly, const StateView& s, const double* u, const double* eta,
+                          const Eigen::MatrixXd& q, const Eigen::MatrixXd& turns, bool parameters,
+                          Eigen::Ref<Eigen::MatrixXd> right) const;
+  /// Of these rows' weights s2: the bars of q and of sigma, and the gradient, lose them.
+  void take_projected(const Assembly& assembly, const StateView& s, const double* u, const double* eta,
+                      const double* s2, double* q, Eigen::VectorXd& bars, double* gradient) const;
   /// The bars of sigma become those of (q, v*, lambda*), which gain them, and the gradient; lambda may be null.
   void give_turns(const Eigen::VectorXd& bars, double* q, double* v, double* lambda, double* gradient) const;
   Eigen::VectorXd no_bars() const { return Eigen::VectorXd::Zero(2 * static_cast<Eigen::Index>(slips_.size())); }
@@ -100,6 +109,11 @@ class StepSlips {
 
  private:
   enum class Kind { by_slip, by_friction, held };  // sigma
+  struct Slip;
+  void subtract_turn(const Slip& x, Eigen::Index i, const Eigen::MatrixXd& turns, const double* lambda, bool parameters,
+                     Eigen::Ref<Eigen::MatrixXd> right) const;
+  void take_turn(const Slip& x, Eigen::Index i, const double* s2, const double* lambda, Eigen::VectorXd& bars,
+                 double* gradient) const;
   struct Slip {
     int normal, along, number;
     Kind kind = Kind::by_slip;

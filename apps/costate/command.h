@@ -122,6 +122,8 @@ std::string events_text(const Simulation& r);
 Json counters_json(const Counters& c);
 /// What was noticed when the scene was read, and since then (costate/base/notice.h).
 Json warnings_of(const Setup& setup);
+/// Gives notice of derivatives by nothing, and of what there is.
+void tell_without_parameters(const Mechanism& mechanism, const ParameterSelection& chosen);
 /// Adds what was noticed since to the summary's "warnings", each sentence once.
 void add_notices(Json& summary);
 /// The first few on standard error.

@@ -133,8 +133,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   std::vector<std::pair<std::string, Listing>> lists = {
       {"Positions", positions}, {"Points and elements", forces}, {"Multipliers", multipliers}};
   if (options.derivatives) {
-    if (parameters.size() == 0)
-      notice("There is no parameter to differentiate by: list some in [run] parameters, or by --parameters.");
+    tell_without_parameters(*m, parameters);
     tell_of_kink(assembly, t, e);
     j["parameters"] = named(parameters.names(), parameters.values());
     j["derivatives"] = Json::object();

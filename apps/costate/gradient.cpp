@@ -72,17 +72,6 @@ void of_case(const std::string& name, const F& f) {
   for (const std::string& sentence : own) notice(fmt::format("case.{}: {}", name, sentence));
 }
 
-/// Of a gradient that would be empty.
-void tell_without_parameters(const Setup& setup) {
-  if (!setup.rho.empty()) return;
-  std::string named;
-  for (const Parameter& p : setup.problem.mechanism->parameters()) named += (named.empty() ? "" : ",") + p.name;
-  notice(
-      fmt::format("There is no parameter to differentiate by: the scene's [run] has no 'parameters'. Give some: "
-                  "--parameters {}.",
-                  named.empty() ? "with paths of numbers, which 'costate list SCENE' shows" : named));
-}
-
 /// gradient.html, where it is asked for; what the text says of it.
 std::string report_text(const Setup& setup, const GradientOptions& options, Json& j, bool motion) {
   if (!options.report) return {};
@@ -119,7 +108,7 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
     });
   });
   const double wall = seconds_since(begin);
-  tell_without_parameters(setup);
+  tell_without_parameters(*setup.problem.mechanism, setup.problem.parameters);
   progress.finish();
   std::vector<double> psi;
   std::vector<std::vector<double>> gradients;
@@ -206,7 +195,7 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   GradientResult r =
       accurate ? accurate->result : started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
   const double wall = seconds_since(begin);
-  tell_without_parameters(setup);
+  tell_without_parameters(*setup.problem.mechanism, setup.problem.parameters);
   // Differences estimate their own error, which the text shows in any case.
   std::optional<double> psi_error;
   if (accurate) {

@@ -210,12 +210,8 @@ class OptimizeRun {
     tell_of_far_parameters(best);
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, bounds_));
-    if (o_.adapt_accuracy) {
-      Adaptation adapted = adaptation_of(result.evaluations);
-      for (ToleranceShare& t : adapted.tolerances)
-        if (t.rtol == 0) t.rtol = setup_.problem.solver.rtol;  // no looser one was left
-      j_["adaptation"] = adaptation_json(adapted);
-    }
+    if (o_.adapt_accuracy)
+      j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations, setup_.problem.solver.rtol));
     j_["notes"] = notes_;
   }
 

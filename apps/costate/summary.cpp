@@ -63,6 +63,16 @@ void add_notices(Json& summary) {
     if (std::find(warnings.begin(), warnings.end(), Json(sentence)) == warnings.end()) warnings.push_back(sentence);
 }
 
+void tell_without_parameters(const Mechanism& mechanism, const ParameterSelection& chosen) {
+  if (chosen.size() > 0) return;
+  std::string named;
+  for (const Parameter& p : mechanism.parameters()) named += (named.empty() ? "" : ",") + p.name;
+  notice(
+      fmt::format("There is no parameter to differentiate by: the scene's [run] has no 'parameters'. Give some: "
+                  "--parameters {}.",
+                  named.empty() ? "with paths of numbers, which 'costate list SCENE' shows" : named));
+}
+
 void print_warnings(const std::vector<std::string>& warnings) {
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)

@@ -187,29 +187,8 @@ TEST_CASE("verdicts: where constraints hold each other there is none") {
 
 TEST_CASE("verdicts: a parameter that goes on for ever is told") {
   const WorkingDirectory here;
-  write_text(here / "s.toml", R"([point.P]
-x_m = 0.3
-y_m = 0.4
-[mass.m]
-point = "P"
-mass_kg = 1
-[start]
-given = ["P.x", "P.y"]
-[output.f]
-formula = "0-a"
-unit = "1"
-a = 1
-[[cost.terminal]]
-kind = "value"
-output = "f"
-[parameter.a]
-number = "output.f.a"
-[run]
-t_end_s = 0.1
-parameters = ["a"]
-)");
-  const Json j = costate_json({"optimize", "s.toml", "--no-files"}, here.path());
-  CHECK_THAT(j.at("notes").dump(), Contains("'a' went") && Contains("psi may fall for ever"));
-  const Json bounded = costate_json({"optimize", "s.toml", "--no-files", "--set", "parameter.a.upper=4"}, here.path());
+  const Json j = optimized(here, scene("0-P.y", ""));
+  CHECK_THAT(j.at("notes").dump(), Contains("'b' went") && Contains("psi may fall for ever"));
+  const Json bounded = optimized(here, scene("0-P.y", "upper = 4\n"));
   CHECK_THAT(bounded.at("notes").dump(), !Contains("for ever"));
 }

@@ -63,42 +63,37 @@ Json of_blocks(const std::vector<Json>& rows, const std::vector<std::string>& pa
 /// (slope^2 - bound (f - f0)^2) / Var(f).
 Json of_slopes(const std::vector<Json>& rows, const std::vector<std::string>& paths) {
   const std::size_t width = rows.front().contains("blocks") ? paths.size() + 2 : 1;
-  const auto for_each_block = [&](const auto& visit) {  // visit(points), which have psi and slopes
-    for (std::size_t first = 0; first < rows.size(); first += width) {
-      std::vector<const Json*> points;
-      for (std::size_t k = first; k < std::min(first + width, rows.size()); ++k)
-        if (std::isfinite(measured(rows[k], "psi")) && rows[k].contains("slopes") &&
-            rows[k]["slopes"].size() == paths.size())
-          points.push_back(&rows[k]);
-      if (!points.empty()) visit(points);
-    }
-  };
-  const auto square = [](const Json& r, const std::string& path) {
-    return std::pow(r["slopes"][path].get<double>(), 2);
-  };
+  // Of each block the points that have psi and slopes.
+  std::vector<std::vector<const Json*>> blocks((rows.size() + width - 1) / width);
   Mean psi;
-  for_each_block([&](const auto& points) {
-    for (const Json* r : points) psi.add(measured(*r, "psi"));
-  });
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double f = measured(rows[k], "psi");
+    if (!std::isfinite(f) || !rows[k].contains("slopes") || rows[k]["slopes"].size() != paths.size()) continue;
+    psi.add(f);
+    blocks[k / width].push_back(&rows[k]);
+  }
   if (psi.count < 2) return {};
   const double variance = std::pow(psi.error(), 2) * static_cast<double>(psi.count);
   if (!(variance > 0)) return {};
+  std::erase_if(blocks, [](const auto& points) { return points.empty(); });
+  const auto over_blocks = [&](const auto& value) {
+    Mean all;
+    for (const auto& points : blocks) {
+      Mean own;
+      for (const Json* r : points) own.add(value(*r));
+      all.add(own.value());
+    }
+    return all;
+  };
   std::vector<double> bound, error;
   for (const std::string& path : paths) {
-    Mean slopes, quotient;
-    for_each_block([&](const auto& points) {
-      Mean own;
-      for (const Json* r : points) own.add(square(*r, path));
-      slopes.add(own.value());
-    });
-    bound.push_back(slopes.value() / variance);
-    for_each_block([&](const auto& points) {
-      Mean own;
-      for (const Json* r : points)
-        own.add(square(*r, path) - bound.back() * std::pow(measured(*r, "psi") - psi.value(), 2));
-      quotient.add(own.value());
-    });
-    error.push_back(quotient.error() / variance);
+    const auto square = [&](const Json& r) { return std::pow(r["slopes"][path].get<double>(), 2); };
+    const double most = over_blocks(square).value() / variance;
+    bound.push_back(most);
+    error.push_back(over_blocks([&](const Json& r) {
+                      return square(r) - most * std::pow(measured(r, "psi") - psi.value(), 2);
+                    }).error() /
+                    variance);
   }
   Json j;
   j["points"] = psi.count;

@@ -275,9 +275,7 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
   }
   const StudyRun of_all = first_that_loads(runs, table);
   // Points of a grid are no sample of a distribution: its ends count as much as what lies between them.
-  if (grid)
-    base.slope_parameters.clear();
-  else if (of_all.task == "gradient" || (of_all.task == "cycle" && of_all.costs))
+  if (!grid && (of_all.task == "gradient" || (of_all.task == "cycle" && of_all.costs)))
     base.slope_parameters = parameters_of(of_all, variations);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     StudyRun& run = runs[i];

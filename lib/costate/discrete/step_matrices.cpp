@@ -78,7 +78,7 @@ int StepMatrices::factor_projection(const Assembly& a, const StageRows& rows) {
   if (states_) matrix_.add_constant(identity_, 1);
   add_corner(a, rows, Of::projection);
   const int bad = projection_.factor(matrix_.values().data());
-  keeps_slips_ = velocities_ && rows.slips().any();
+  keeps_slips_ = velocities_ && rows.slips().keeps_any();
   if (bad >= 0 || !keeps_slips_) return bad;
   std::vector<double> J = a.phi_q;
   for (std::size_t k = 0; k < J.size(); ++k)

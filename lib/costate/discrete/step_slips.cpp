@@ -180,29 +180,29 @@ MatrixXd StepSlips::turns(const MatrixXd& q, const MatrixXd& v, const MatrixXd* 
   return all;
 }
 
-void StepSlips::subtract_turn(const Slip& x, Index i, const MatrixXd& turns, const double* lambda, bool parameters,
+void StepSlips::subtract_turn(std::size_t i, const MatrixXd& turns, const double* lambda, bool parameters,
                               Eigen::Ref<MatrixXd> right) const {
-  right.middleRows(x.along, 2) += x.mu * lambda[x.normal] * turns.middleRows(2 * i, 2);
+  const Slip& x = slips_[i];
+  right.middleRows(x.along, 2) += x.mu * lambda[x.normal] * turns.middleRows(2 * static_cast<Index>(i), 2);
   if (!parameters) return;
   for (const auto& [column, f] : x.of_mu) right.block<2, 1>(x.along, column) += f * lambda[x.normal] * x.sigma;
 }
 
-void StepSlips::take_turn(const Slip& x, Index i, const double* s2, const double* lambda, VectorXd& bars,
+void StepSlips::take_turn(std::size_t i, const double* s2, const double* lambda, VectorXd& bars,
                           double* gradient) const {
+  const Slip& x = slips_[i];
   const Vector2d weight(s2[x.along], s2[x.along + 1]);
-  bars.segment<2>(2 * i) += x.mu * lambda[x.normal] * weight;
+  bars.segment<2>(2 * static_cast<Index>(i)) += x.mu * lambda[x.normal] * weight;
   for (const auto& [column, f] : x.of_mu) gradient[column] += f * lambda[x.normal] * x.sigma.dot(weight);
 }
 
 void StepSlips::subtract_turns(const MatrixXd& turns, const double* lambda, bool parameters,
                                Eigen::Ref<MatrixXd> right) const {
-  for (std::size_t i = 0; i < slips_.size(); ++i)
-    subtract_turn(slips_[i], static_cast<Index>(i), turns, lambda, parameters, right);
+  for (std::size_t i = 0; i < slips_.size(); ++i) subtract_turn(i, turns, lambda, parameters, right);
 }
 
 void StepSlips::take_turns(const double* s2, const double* lambda, VectorXd& bars, double* gradient) const {
-  for (std::size_t i = 0; i < slips_.size(); ++i)
-    take_turn(slips_[i], static_cast<Index>(i), s2, lambda, bars, gradient);
+  for (std::size_t i = 0; i < slips_.size(); ++i) take_turn(i, s2, lambda, bars, gradient);
 }
 
 void StepSlips::subtract_projected(const Assembly& assembly, const StateView& s, const double* u, const double* eta,
@@ -210,8 +210,8 @@ void StepSlips::subtract_projected(const Assembly& assembly, const StateView& s,
                                    Eigen::Ref<MatrixXd> right) const {
   for (std::size_t i = 0; i < slips_.size(); ++i) {
     const Slip& x = slips_[i];
-    if (x.kind == Kind::by_slip) {
-      subtract_turn(x, static_cast<Index>(i), turns, eta, parameters, right);
+    if (!x.kept()) {
+      subtract_turn(i, turns, eta, parameters, right);
       continue;
     }
     const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);
@@ -224,8 +224,8 @@ void StepSlips::take_projected(const Assembly& assembly, const StateView& s, con
                                const double* s2, double* q, VectorXd& bars, double* gradient) const {
   for (std::size_t i = 0; i < slips_.size(); ++i) {
     const Slip& x = slips_[i];
-    if (x.kind == Kind::by_slip) {
-      take_turn(x, static_cast<Index>(i), s2, eta, bars, gradient);
+    if (!x.kept()) {
+      take_turn(i, s2, eta, bars, gradient);
       continue;
     }
     const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);

@@ -29,15 +29,14 @@ class StepSlips {
   bool any() const { return !slips_.empty(); }
   /// Whether this is one of their rows along the ground.
   bool has(int row) const {
-    return std::any_of(slips_.begin(), slips_.end(),
-                       [&](const Slip& x) { return row - x.along == 0 || row - x.along == 1; });
+    return std::any_of(slips_.begin(), slips_.end(), [&](const Slip& x) { return x.has(row); });
   }
-
-  /// Whether this is one of their rows along the ground whose slip the projection of velocities leaves alone.
+  /// Whether this is one of them whose slip the projection of velocities leaves alone; whether there are any.
   bool keeps(int row) const {
-    return std::any_of(slips_.begin(), slips_.end(), [&](const Slip& x) {
-      return x.kind != Kind::by_slip && (row - x.along == 0 || row - x.along == 1);
-    });
+    return std::any_of(slips_.begin(), slips_.end(), [&](const Slip& x) { return x.kept() && x.has(row); });
+  }
+  bool keeps_any() const {
+    return std::any_of(slips_.begin(), slips_.end(), [](const Slip& x) { return x.kept(); });
   }
 
   /// sigma and the rows at a stage (q, v*, a*, lambda*, z), or without a step at a state.
@@ -109,12 +108,9 @@ class StepSlips {
 
  private:
   enum class Kind { by_slip, by_friction, held };  // sigma
-  struct Slip;
-  void subtract_turn(const Slip& x, Eigen::Index i, const Eigen::MatrixXd& turns, const double* lambda, bool parameters,
-                     Eigen::Ref<Eigen::MatrixXd> right) const;
-  void take_turn(const Slip& x, Eigen::Index i, const double* s2, const double* lambda, Eigen::VectorXd& bars,
-                 double* gradient) const;
   struct Slip {
+    bool has(int row) const { return row == along || row == along + 1; }
+    bool kept() const { return kind != Kind::by_slip; }
     int normal, along, number;
     Kind kind = Kind::by_slip;
     double mu = 0;
@@ -126,6 +122,10 @@ class StepSlips {
     SlipOnLine::Partials slip_by;
     std::vector<std::pair<int, double>> of_mu;  // mu by parameters
   };
+  /// Of slip i alone, as subtract_turns() and take_turns() are of all.
+  void subtract_turn(std::size_t i, const Eigen::MatrixXd& turns, const double* lambda, bool parameters,
+                     Eigen::Ref<Eigen::MatrixXd> right) const;
+  void take_turn(std::size_t i, const double* s2, const double* lambda, Eigen::VectorXd& bars, double* gradient) const;
   Slip look_at(const Assembly& assembly, const Assembly::SlidingRow& row, const StateView& s, const StepCoefficients* c,
                bool partials) const;
   void look(const Assembly& assembly, const StateView& s, const StepCoefficients* c, bool partials);

@@ -51,25 +51,24 @@ double MotionEvents::acceleration_by_forces(const StateView& s) {
 }
 
 bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const StateView& s) {
-  const bool space = slides_in_space(own);
-  if (slides_in_space(c) != space) return false;
+  if (slides_in_space(c) != slides_in_space(own)) return false;
   impact_->balance().prepare(s);
   const SparsePattern& J = assembly_.jacobian();
   const Eigen::MatrixXd rows = to_dense(J, assembly_.reaction_jacobian().data()).transpose();
-  const int tangents = space ? 2 : 1;
+  const int rows_of_one = own.contact->row_count();
   // In space friction has its rows while a contact slides, too, where they hold nothing.
   std::vector<char> free(static_cast<std::size_t>(assembly_.m()), 0);
   for (const ContactOf& x : contacts_)
     if (&x == &c || (slides_in_space(x) && s.z[x.closed_state] > 0.5 && s.z[x.sliding_state] != 0))
-      for (int k = 1; k <= tangents; ++k) free[static_cast<std::size_t>(x.first_row + k)] = 1;
+      for (int k = 1; k < x.contact->row_count(); ++k) free[static_cast<std::size_t>(x.first_row + k)] = 1;
   std::vector<int> held;
   for (int i = 0; i < assembly_.m(); ++i)
     if (assembly_.is_there(i) && !free[static_cast<std::size_t>(i)]) held.push_back(i);
-  for (int k = 1; k <= tangents; ++k)
+  for (int k = 1; k < rows_of_one; ++k)
     if (std::find(held.begin(), held.end(), own.first_row + k) == held.end()) held.push_back(own.first_row + k);
   const Eigen::MatrixXd A = rows(Eigen::all, held);
   const auto solver = A.completeOrthogonalDecomposition();
-  for (int k = 1; k <= tangents; ++k) {
+  for (int k = 1; k < rows_of_one; ++k) {
     const Eigen::VectorXd b = rows.col(c.first_row + k);
     if (!((A * solver.solve(b) - b).norm() <= kSameRow * b.norm())) return false;
   }

@@ -13,6 +13,16 @@
 
 namespace costate {
 
+namespace {
+/// Of a contact in space: whether it slides from rest with the states `after`, and has not done so with those before.
+template <class Contact>
+bool slip_begins(const Contact& c, const double* before, const double* after) {
+  if (after[c.closed_state] < 0.5 || after[c.sliding_state] < 0.5) return false;
+  const double *offset = after + c.sliding_state + 1, *was = before + c.sliding_state + 1;
+  return offset[0] != was[0] || offset[1] != was[1];
+}
+}  // namespace
+
 MotionEvents::Slowest MotionEvents::slowest_from_rest(const StateView& s) {
   Slowest all;
   for (GuardOf& g : guards_) {
@@ -83,11 +93,8 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
     behind.v = v.data();
     const std::vector<double> from = z;
     settle(behind, z.data(), own->part, g.name, nullptr, touch ? nullptr : own);
-    return std::any_of(contacts_.begin(), contacts_.end(), [&](const ContactOf& c) {
-      if (!spatial(c) || state(c.closed_state) < 0.5 || state(c.sliding_state) < 0.5) return false;
-      return state(c.sliding_state + 1) != from[static_cast<std::size_t>(c.sliding_state + 1)] ||
-             state(c.sliding_state + 2) != from[static_cast<std::size_t>(c.sliding_state + 2)];
-    });
+    return std::any_of(contacts_.begin(), contacts_.end(),
+                       [&](const ContactOf& c) { return spatial(c) && slip_begins(c, from.data(), z.data()); });
   };
   if (begins_to_slide())
     throw CapabilityError(
@@ -100,9 +107,7 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
 int MotionEvents::begins_from_rest(int event, const StateView& before, const double* z_after) const {
   int row = -1;
   for (const ContactOf& c : contacts_) {
-    if (!slides_in_space(c) || z_after[c.closed_state] < 0.5 || z_after[c.sliding_state] < 0.5) continue;
-    const double *offset = z_after + c.sliding_state + 1, *was = before.z + c.sliding_state + 1;
-    if (offset[0] == was[0] && offset[1] == was[1]) continue;
+    if (!slides_in_space(c) || !slip_begins(c, before.z, z_after)) continue;
     if (&c != contact_of(event) || contact_guard(event) != UnilateralForce::Guard::slip_forward)
       throw CapabilityError(
           fmt::format("At t = {:.9g} s, at '{}', {} begins to slide in space from rest, in a direction that the impact "

@@ -22,12 +22,6 @@ constexpr double kCounts = 0.1;
 // largest so far at one of them: from so many looks, and to such a part of the step.
 constexpr double kNearlyNone = 0.05, kNearTurn = 1e-3;
 constexpr int kForceLooks = 4;
-
-/// What presses at a gap that is below zero, of a force whose states are those from `first` on.
-double force_at(const GapTrace& trace, int first, StateView s, const Assembly& assembly) {
-  s.z += first;
-  return trace.force(s, assembly);
-}
 }  // namespace
 
 TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
@@ -194,8 +188,7 @@ std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks
     for (; k <= last && depth(k) > 0; ++k) deepest = std::max(deepest, depth(k));
     const std::size_t end = k;  // the first look behind it
     // At its end the force may be over already, so that the integrator has seen nothing of it.
-    const bool over =
-        end > last && begin > 0 && !(force_at(gap.trace, gap.first_state, at(trace[last].t), assembly_) > 0);
+    const bool over = end > last && begin > 0 && !(gap.force_at(at(trace[last].t), assembly_) > 0);
     const double at_ends = std::max(begin == 0 ? depth(0) : 0, end > last && !over ? depth(last) : 0);
     if (!(deepest > kDeeper * at_ends) || !(deepest > kCounts * (atol_ + rtol_ * size_))) continue;
     const double t1 = begin == 0 ? trace[0].t : gap.trace.zero(trace[begin - 1], trace[begin], at, assembly_);
@@ -211,10 +204,10 @@ std::optional<TouchLook> TouchWatch::force_passed_over(Gap& g, double from, cons
   const auto force = [&](double t) {
     const StateView s = at(t);
     const bool presses = g.trace.look(s, assembly_).m.gap < 0 && g.trace.presses(s.z + g.first_state);
-    return presses ? force_at(g.trace, g.first_state, s, assembly_) : -0.0;
+    return presses ? g.force_at(s, assembly_) : -0.0;
   };
   const double to = end.t, before = g.seen.t == from ? g.force : std::nan("");
-  const double behind = g.force_at_end = end.m.gap < 0 ? force_at(g.trace, g.first_state, at(to), assembly_) : -0.0;
+  const double behind = g.force_at_end = end.m.gap < 0 ? g.force_at(at(to), assembly_) : -0.0;
   g.largest = std::max(g.largest, std::abs(behind));
   if (std::isnan(before) || (before > 0) != (behind > 0)) return {};
   if (!(g.seen.m.gap < 0) && !(end.m.gap < 0)) return {};  // a dip, or none

@@ -62,6 +62,11 @@ class TouchWatch {
     bool is_event = false;
     // What presses at the last look, 0 of what is open, and at the step's end; and the largest so far.
     double force = std::numeric_limits<double>::quiet_NaN(), force_at_end = force, largest = 0;
+    /// What presses where it is below zero.
+    double force_at(StateView s, const Assembly& assembly) const {
+      s.z += first_state;
+      return trace.force(s, assembly);
+    }
     void see(const GapTrace::Look& end) {
       seen = end;
       force = force_at_end;

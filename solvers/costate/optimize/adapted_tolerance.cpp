@@ -52,14 +52,15 @@ void AdaptedTolerance::tighten_to(double rtol) {
   while (level_ > 0 && levels_[level_] > rtol) --level_;
 }
 
-Adaptation adaptation_of(const std::vector<OptimizerEvaluation>& evaluations) {
+Adaptation adaptation_of(const std::vector<OptimizerEvaluation>& evaluations, double final_rtol) {
   Adaptation a;
   std::set<std::vector<double>> points;
   for (const OptimizerEvaluation& e : evaluations) {
     if (!points.insert(e.rho).second) ++a.again;
     a.spent_s += e.wall_s;
-    auto t = std::find_if(a.tolerances.begin(), a.tolerances.end(), [&](const auto& s) { return s.rtol == e.rtol; });
-    if (t == a.tolerances.end()) t = a.tolerances.insert(t, {e.rtol, 0, 0});
+    const double rtol = e.rtol > 0 ? e.rtol : final_rtol;
+    auto t = std::find_if(a.tolerances.begin(), a.tolerances.end(), [&](const auto& s) { return s.rtol == rtol; });
+    if (t == a.tolerances.end()) t = a.tolerances.insert(t, {rtol, 0, 0});
     ++t->evaluations;
     t->wall_s += e.wall_s;
   }

@@ -51,7 +51,8 @@ struct Adaptation {
   double spent_s = 0;
   double fixed_s = 0;  // about what the points would have taken at the last tolerance throughout
 };
-/// Of a run that adapted; replayed evaluations count as they were.
-Adaptation adaptation_of(const std::vector<OptimizerEvaluation>& evaluations);
+/// Of a run that adapted to `final_rtol`, which is that of evaluations that have none of their own; replayed ones count
+/// as they were.
+Adaptation adaptation_of(const std::vector<OptimizerEvaluation>& evaluations, double final_rtol);
 
 }  // namespace costate

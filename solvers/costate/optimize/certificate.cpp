@@ -86,7 +86,8 @@ class Certifier {
   Certificate run() {
     result_.projected_gradient = best_.projected_gradient;
     g_ = scaled(best_.gradient);
-    find_active();
+    active_ = find_active_rows(
+        terms_.rows, g_, [this](int j, double slope) { return held(j, slope); }, kNear);
     const std::optional<MatrixXd> curvature = find_hessian();
     const MatrixXd H = curvature.value_or(MatrixXd());
     set_tolerance(H);
@@ -120,22 +121,12 @@ class Certifier {
 
   static bool violated(const Row& r) { return !r.of_worst && r.value > kNear * r.size; }
 
-  /// The rows near zero and mu >= 0 for them.
-  void find_active() {
-    ActiveRows found = find_active_rows(
-        terms_.rows, g_, [this](int j, double slope) { return held(j, slope); }, kNear);
-    near_ = std::move(found.near);
-    A_ = std::move(found.A);
-    mu_ = std::move(found.mu);
-    slope_ = std::move(found.slope);
-  }
-
   /// Of L, in scaled parameters; each case's by its own run.
   std::optional<MatrixXd> find_hessian() {
     CertificateTerms::Terms terms = terms_.psi;
-    for (std::size_t i = 0; i < near_.size(); ++i)
-      for (const auto& [q, factor] : terms_.rows[near_[i]].terms)
-        terms.emplace_back(q, factor * mu_[static_cast<Index>(i)]);
+    for (std::size_t i = 0; i < active_.near.size(); ++i)
+      for (const auto& [q, factor] : terms_.rows[active_.near[i]].terms)
+        terms.emplace_back(q, factor * active_.mu[static_cast<Index>(i)]);
     std::vector<std::string> formulations, notes;
     bool all = true;
     for (std::size_t i = 0; i < design_.cases.size() && all; ++i) {
@@ -209,7 +200,7 @@ class Certifier {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
     const double error = std::isfinite(relative_error_) ? relative_error_ : result_.asymmetry;
     result_.tolerance = kStationary * size;
-    if (H.size() > 0 && mu_.size() > 0) {
+    if (H.size() > 0 && active_.mu.size() > 0) {
       // Constraints' curvature explains a residual as long as moves of kStationary change little of what they hold.
       MatrixXd of_psi = MatrixXd::Zero(n_, n_);
       for (const auto& [q, factor] : terms_.psi) of_psi += factor * terms_.quantities[q].second;
@@ -241,20 +232,20 @@ class Certifier {
   /// On bounds that hold the parameter by more than that, or free.
   void sort_parameters(const MatrixXd& H) {
     for (int j = 0; j < n_; ++j) {
-      if (!held(j, slope_[j]) || std::abs(slope_[j]) <= slope_of_place(VectorXd::Unit(n_, j), H)) {
+      if (!held(j, active_.slope[j]) || std::abs(active_.slope[j]) <= slope_of_place(VectorXd::Unit(n_, j), H)) {
         free_.push_back(j);
         result_.free.push_back(parameter(j).name);
         continue;
       }
-      const std::string name = parameter(j).name + (slope_[j] > 0 ? ".lower" : ".upper");
+      const std::string name = parameter(j).name + (active_.slope[j] > 0 ? ".lower" : ".upper");
       result_.active.push_back(name);
-      result_.multipliers.emplace_back(name, std::abs(slope_[j]) / scale_[j]);
+      result_.multipliers.emplace_back(name, std::abs(active_.slope[j]) / scale_[j]);
     }
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-      const Row& row = terms_.rows[near_[i]];
+    for (std::size_t i = 0; i < active_.near.size(); ++i) {
+      const Row& row = terms_.rows[active_.near[i]];
       if (!violated(row)) result_.active.push_back(row.name);
-      result_.multipliers.emplace_back(row.name, mu_[static_cast<Index>(i)]);
-      if (row.of_worst) of_worst_ -= mu_[static_cast<Index>(i)];
+      result_.multipliers.emplace_back(row.name, active_.mu[static_cast<Index>(i)]);
+      if (row.of_worst) of_worst_ -= active_.mu[static_cast<Index>(i)];
     }
     if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[terms_.worst].name, of_worst_);
   }
@@ -272,14 +263,16 @@ class Certifier {
         "psi may have further to go.",
         held / of_psi);
   }
-  double held_size() const { return mu_.size() > 0 ? (A_ * mu_.asDiagonal()).cwiseAbs().maxCoeff() : 0; }
+  double held_size() const {
+    return active_.mu.size() > 0 ? (active_.A * active_.mu.asDiagonal()).cwiseAbs().maxCoeff() : 0;
+  }
 
   void measure() {
     double r = 0;
     for (int j = 0; j < n_; ++j)
-      if (!held(j, slope_[j])) r = std::max(r, std::abs(slope_[j]));
-    for (std::size_t i = 0; i < near_.size(); ++i)
-      r = std::max(r, std::abs(mu_[static_cast<Index>(i)] * terms_.rows[near_[i]].value));
+      if (!held(j, active_.slope[j])) r = std::max(r, std::abs(active_.slope[j]));
+    for (std::size_t i = 0; i < active_.near.size(); ++i)
+      r = std::max(r, std::abs(active_.mu[static_cast<Index>(i)] * terms_.rows[active_.near[i]].value));
     for (const Row& row : terms_.rows) {
       r = std::max(r, row.value / row.size);
       if (violated(row)) result_.violated.emplace_back(row.name, row.value);
@@ -295,10 +288,11 @@ class Certifier {
     for (Index a = 0; a < f; ++a) Z(free_[static_cast<std::size_t>(a)], a) = 1;
     // Rows that are active without a multiplier hold nothing: psi may fall away from them.
     std::vector<Index> holding, weak;
-    for (Index i = 0; i < A_.cols(); ++i)
-      (mu_[i] * A_.col(i).norm() > slope_of_place(A_.col(i).normalized(), H) ? holding : weak).push_back(i);
+    for (Index i = 0; i < active_.A.cols(); ++i)
+      (active_.mu[i] * active_.A.col(i).norm() > slope_of_place(active_.A.col(i).normalized(), H) ? holding : weak)
+          .push_back(i);
     if (!holding.empty() && f > 0) {
-      const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z.transpose() * A_(Eigen::all, holding));
+      const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z.transpose() * active_.A(Eigen::all, holding));
       const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(f, f);
       Z = (Z * Q.rightCols(f - qr.rank())).eval();
     }
@@ -313,7 +307,7 @@ class Certifier {
         if (leads_inward(v, weak) || leads_inward(-v, weak)) result_.falls_outward = false;
       }
     }
-    VectorXd slope = slope_;
+    VectorXd slope = active_.slope;
     for (const int j : free_)
       if (held(j, slope[j])) slope[j] = 0;  // psi falls beyond the bound
     const VectorXd along = solver.eigenvectors().transpose() * (Z.transpose() * slope);
@@ -347,18 +341,17 @@ class Certifier {
     for (const int j : free_)
       if ((at_lower(j) && v[j] < -kAlong) || (at_upper(j) && v[j] > kAlong)) return false;
     return std::all_of(weak.begin(), weak.end(),
-                       [&](Index i) { return A_.col(i).dot(v) <= kAlong * A_.col(i).norm(); });
+                       [&](Index i) { return active_.A.col(i).dot(v) <= kAlong * active_.A.col(i).norm(); });
   }
 
   const Design& design_;
   const OptimizerEvaluation &first_, &best_;
   int n_;
   double loosest_, rtol_ = 0, hessian_rtol_ = 0, relative_error_ = 0;  // the last one of the Hessian
-  VectorXd scale_, g_, slope_, mu_;
-  MatrixXd A_;  // gradients of the active rows, a column each
+  VectorXd scale_, g_;
+  ActiveRows active_;
   CertificateTerms terms_;
-  double of_worst_ = 1;            // its multiplier
-  std::vector<std::size_t> near_;  // active rows
+  double of_worst_ = 1;  // its multiplier
   std::vector<int> free_;
   std::vector<std::string> differences_;
   Certificate result_;

@@ -24,8 +24,8 @@ namespace costate {
 
 namespace {
 
-// A run that takes so many steps more is another one: of two with the same steps the difference tells nothing. And the
-// part of the tolerance that an estimate is at least: two runs may agree by accident.
+// A run that takes so many steps more is another one. And the part of the tolerance that an estimate is at least: two
+// runs may agree by accident.
 constexpr double kOtherSteps = 1.2, kLeastError = 1e-2;
 constexpr double kTightestEstimate = 1e-14, kFarthest = 3e-4;
 // Of the tolerance, the first run that tells; and of that one's, the second.
@@ -88,8 +88,7 @@ ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool 
   for (double part = kFirst;; part *= kFirst) {
     const Problem tighter = with_tolerance(problem, part, size_of_psi(problem, result));
     const Result better = run(tighter);
-    const bool another =
-        static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps);
+    const bool another = takes_other_steps(result.counters.steps, better.counters.steps);
     if (!another && part >= kFarthest && !tightest(tighter)) continue;
     add_apart(result, better, 1, e);
     if (!tightest(tighter)) try {
@@ -263,6 +262,10 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
       alpha, psi, gradient,
       large ? "rounding, of rows that depend on each other" : "its constraints are soft, O(1/alpha)",
       large ? "a smaller one" : "a larger one"));
+}
+
+bool takes_other_steps(long before, long steps) {
+  return static_cast<double>(steps) > kOtherSteps * static_cast<double>(before);
 }
 
 std::optional<ErrorEstimate> estimate_or_tell(const std::function<ErrorEstimate()>& estimate) {

@@ -24,6 +24,10 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
 ErrorEstimate estimate_error(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                              const GradientResult& result);
 
+/// Whether a run takes so many steps more than another one that what they differ by tells an error: of two with the
+/// same steps, which something else than the tolerance bounds, it tells nothing.
+bool takes_other_steps(long before, long steps);
+
 /// What `estimate` makes, or nothing, with a notice, where a run that it takes fails: the result is none the worse.
 std::optional<ErrorEstimate> estimate_or_tell(const std::function<ErrorEstimate()>& estimate);
 

@@ -4,6 +4,8 @@
 // difference tells nothing.
 #pragma once
 
+#include "costate/sensitivity/error_estimate.h"
+
 namespace costate {
 
 struct TwoRuns {
@@ -12,7 +14,7 @@ struct TwoRuns {
   bool first_two = true;              // of a search; a third one told more
   double relative = 0, accuracy = 0;  // the error that they tell of the second, and what is asked for
 
-  bool other_steps() const { return static_cast<double>(steps) >= kOtherSteps * static_cast<double>(before); }
+  bool other_steps() const { return takes_other_steps(before, steps); }
   /// The first two have to do so much better than asked, or a third one tells.
   bool tell() const {
     if (!other_steps()) return false;
@@ -21,7 +23,7 @@ struct TwoRuns {
     return !(loose && steps < kFewSteps) && relative <= (loose ? kFirstTwo : kFirstTwoTight) * accuracy;
   }
 
-  static constexpr double kOtherSteps = 1.2, kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
+  static constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
   static constexpr long kFewSteps = 30;
   /// To the next tolerance where steps were the same.
   static constexpr double kFurther = 1e-2;

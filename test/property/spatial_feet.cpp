@@ -122,3 +122,61 @@ TEST_CASE("feet in space: Maggi's equations refuse a fourth that slides", "[even
     CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("who bears how much of the weight"));
   }
 }
+
+// The feet of one body that turns about a third stop together whatever parameters do (needless_refusals.cpp); of two
+// bodies that happen to, each by itself, either may be the first.
+TEST_CASE("feet in space: two that stop at the same time by themselves have no gradient there") {
+  const std::string text = R"toml([gravity]
+z_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+z_m = 0
+vx_m_per_s = 1
+vy_m_per_s = 0.5
+[point.Q]
+x_m = 0
+y_m = 1
+z_m = 0
+vx_m_per_s = 1
+vy_m_per_s = 0.5
+[mass.P]
+point = "P"
+mass_kg = 2
+[mass.Q]
+point = "Q"
+mass_kg = 2
+[spring.s]
+from = "P"
+to = "Q"
+stiffness_N_per_m = 10
+natural_length_m = 1
+[contact.p]
+kind = "rigid"
+point = "P"
+friction = "coulomb"
+friction_coefficient = 0.3
+closed = true
+sliding = "forward"
+[contact.q]
+kind = "rigid"
+point = "Q"
+friction = "coulomb"
+friction_coefficient = 0.3
+closed = true
+sliding = "forward"
+[start]
+given = ["P.x", "P.y", "Q.x", "Q.y"]
+[run]
+t_end_s = 0.6
+parameters = ["contact.p.friction_coefficient"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+)toml";
+  Problem p = make_problem(Scene::parse(text, "two.toml"));
+  p.formulation = "index3";
+  p.solver.integrator = "fixed";
+  for (const char* method : {"discrete-adjoint", "discrete-tangent"})
+    CHECK_THROWS_WITH(gradient(p, method, p.parameters.values()), Catch::Contains("stop sliding at the same time"));
+}

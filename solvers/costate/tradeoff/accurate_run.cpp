@@ -21,8 +21,8 @@
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/error_order.h"
-#include "costate/tradeoff/told_by_two.h"
 #include "costate/tradeoff/trade_reference.h"
+#include "costate/tradeoff/two_runs.h"
 
 namespace costate {
 

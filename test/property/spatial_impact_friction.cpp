@@ -31,7 +31,7 @@ const std::vector<MethodWay> impact_ways = {
     {"index2", "idas-adjoint"},     {"index1", "hand-adjoint"},         {"index2", "hand-adjoint"},
     {"index1", "discrete-tangent"}, {"baumgarte", "discrete-adjoint"},  {"maggi", "cvodes-adjoint"},
     {"maggi", "hand-tangent"},      {"maggi-implicit", "idas-forward"}, {"maggi-implicit", "hand-adjoint"},
-    {"maggi", "discrete-adjoint"}};
+    {"maggi", "discrete-adjoint"},  {"maggi-second-order", "hand-adjoint"}};
 
 // A body that spins strikes a slope with one of its points.
 const char* tumbling = R"(

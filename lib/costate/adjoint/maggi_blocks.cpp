@@ -8,6 +8,8 @@
 
 #include "costate/analysis/mechanism_size.h"
 #include "costate/assembly/reaction_rates.h"
+#include "costate/assembly/rolling_rows.h"
+#include "costate/assembly/sliding_terms.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_choice.h"
@@ -185,13 +187,17 @@ void MaggiBlocks::evaluate_rates() {
   if (!slides()) return;
   std::vector<double> along1, along2;
   if (calc_reaction_rates(assembly_, state(), along1, along2)) {
+    // J' of spheres that would roll if they did not slide
+    add_rolling_rates(assembly_, state(), along1);
     assembly_.calc_dynamics(state());
     assembly_.calc_partials(state());
+    add_slip_forces(assembly_, state(), slip_q_, slip_v_);
   }
   // R_r' = -S_r Phi_r' R_r,  R_r'' = -S_r (Phi_r'' R_r + 2 Phi_r' R_r')
   std::vector<double> rows1 = assembly_.phid_q, rows2 = assembly_.phidd_q;
   add_friction_rows(assembly_, along1, rows1);
   add_friction_rows(assembly_, along2, rows2);
+  add_turning_friction(assembly_, state(), rows1);
   const SparsePattern& jacobian = assembly_.jacobian();
   Rr1 = times_S(reactions(), -times(jacobian, rows1, Rr)).topRows(n_);
   Rr2 = times_S(reactions(), -times(jacobian, rows2, Rr) - 2 * times(jacobian, rows1, Rr1)).topRows(n_);

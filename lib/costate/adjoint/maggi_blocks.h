@@ -46,7 +46,7 @@ class MaggiBlocks {
   void evaluate(const StateView& s);
   /// Afterwards: the point with its accelerations and multipliers.
   StateView state() const;
-  /// Afterwards: R', R'' and those of R_r along the motion. Without friction in space.
+  /// Afterwards: R', R'' and those of R_r along the motion; R_r'' only where nothing slides in space.
   void evaluate_rates();
   /// Nr, Vr, Ar, Fy, Zr from the assembly's parameter columns there.
   void evaluate_parameters(const Assembly::ParameterColumns& c);

@@ -22,6 +22,11 @@ MaggiSecondOrderAdjoint::MaggiSecondOrderAdjoint(std::shared_ptr<const Mechanism
   block_.nu_f = place(full_pattern(f_, nz_), v, f);
   block_.f_mu = place(full_pattern(f_, nz_), f, u, true);
   block_.f_f = place(assembly_.state_state(), f, f, true);
+  if (may_slide_in_space(assembly_)) {
+    block_.mu_mu = place(ff, u, u);
+    block_.mu_y = place(ff, u, v);
+    block_.mu_f = place(full_pattern(f_, nz_), u, f);
+  }
   finalize();
 }
 
@@ -56,6 +61,7 @@ bool MaggiSecondOrderAdjoint::before_step(double t, double next, const double* q
 
 void MaggiSecondOrderAdjoint::fill() {
   require_plain_cost();
+  if (slips_in_space(assembly_)) return fill_slip_in_space();
   calc_path_rates(assembly_, state(), rates_);
   const SparsePattern& square = assembly_.square();
   at_.evaluate_rates();
@@ -97,17 +103,44 @@ void MaggiSecondOrderAdjoint::fill() {
   b_ = stacked(Eigen::VectorXd::Zero(f_), b, -r.z);
 }
 
+// X = (mu, mu_y, mu_f)
+void MaggiSecondOrderAdjoint::fill_slip_in_space() {
+  calc_path_rates(assembly_, state(), rates_);
+  at_.evaluate_rates();
+  const SparsePattern& square = assembly_.square();
+  My_dot_ = at_.Rr1.transpose() * times(square, assembly_.M, at_.R) +
+            at_.Rr.transpose() * (times(square, rates_.M_dot, at_.R) + times(square, assembly_.M, at_.R1));
+  const auto inverse = [&](const Eigen::MatrixXd& x) { return at_.solve_mass_transposed(x); };
+  const MaggiBlocks::Reduced r = running();
+  const Eigen::MatrixXd mu_mu = inverse((at_.Cy - My_dot_).transpose()),
+                        mu_y = -inverse(Eigen::MatrixXd::Identity(f_, f_)), mu_f = -inverse(at_.Zv.transpose()),
+                        one = Eigen::MatrixXd::Identity(f_, f_), K = at_.Ky.transpose(), Zq = at_.Zq.transpose();
+  D_.add_constant(block_.D_mu, 1);
+  D_.add(block_.D_nu, one.data());
+  D_.add_constant(block_.D_f, 1);
+  A_.add(block_.mu_mu, mu_mu.data());
+  A_.add(block_.mu_y, mu_y.data());
+  A_.add(block_.mu_f, mu_f.data());
+  A_.add(block_.nu_mu, K.data());
+  A_.add(block_.nu_f, Zq.data(), -1);
+  A_.add(block_.f_mu, at_.Qz.data(), -1);
+  A_.add(block_.f_f, assembly_.f_z.data(), -1);
+  b_ = stacked(-inverse(r.yd), -r.y, -r.z);
+}
+
 Eigen::VectorXd MaggiSecondOrderAdjoint::rest(const Eigen::VectorXd& mu, const Eigen::VectorXd& mu_f) {
   return -running().yd + at_.Cy.transpose() * mu - at_.Zv.transpose() * mu_f - My_dot_.transpose() * mu;
 }
 
 Eigen::VectorXd MaggiSecondOrderAdjoint::join(const Adjoint& mu) {
   const Eigen::VectorXd u = at_.solve_mass_transposed(mu.yd);
+  if (slips_in_space(assembly_)) return stacked(u, mu.y, mu.f);
   return stacked(u, at_.solve_mass_transposed(rest(u, mu.f) - mu.y), mu.f);
 }
 
 MaggiAdjoint::Adjoint MaggiSecondOrderAdjoint::split(const Eigen::VectorXd& X) {
   const Eigen::VectorXd u = X.head(f_), mu_f = force_states(X);
+  if (slips_in_space(assembly_)) return {X.segment(f_, f_), at_.mass_transposed() * u, mu_f};
   return {rest(u, mu_f) - at_.mass_transposed() * X.segment(f_, f_), at_.mass_transposed() * u, mu_f};
 }
 

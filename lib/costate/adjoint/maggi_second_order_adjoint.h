@@ -9,7 +9,8 @@
 // Where contacts slide in the plane (5.14) R_r^T, R_r'^T and R_r''^T stand in front of M and C, and all these matrices
 // are transposed in the equation, which is that of symmetric ones above. Of places mu' is -mu_y, as nothing moves
 // there. Running costs on accelerations or reactions would need third and fourth derivatives of the motion and are
-// refused.
+// refused. So would Cy' where a contact slides in space, as C holds the normal force there: X = (mu, mu_y, mu_f), and
+//   My^T mu' = -g_yd + Cy^T mu - Zv^T mu_f - My'^T mu - mu_y,   mu_y' = -g_y + Ky^T mu - Zq^T mu_f.
 #pragma once
 
 #include "costate/adjoint/force_kinks.h"
@@ -27,7 +28,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   /// Kinks of forces, where the blocks whose rates stand above jump, and mu' with them; mu_y and mu_yd do not.
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
   bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
-  bool carries_switched_rows() const override { return !may_slide_in_space(assembly_); }
+  bool carries_switched_rows() const override { return true; }
 
  protected:
   void fill() override;
@@ -40,6 +41,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
  private:
   /// -g_yd + Cy^T mu - Zv^T mu_f - My' mu, which is mu_y + My mu'.
   Eigen::VectorXd rest(const Eigen::VectorXd& mu, const Eigen::VectorXd& mu_f);
+  void fill_slip_in_space();
 
   void require_plain_cost() const;
 
@@ -48,7 +50,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   std::vector<double> first_;  // (q, v, z) where the motion begins
   Eigen::MatrixXd My_dot_;
   struct Blocks {
-    int D_mu, D_nu, D_f, mu_nu, nu_nu, nu_mu, nu_f, f_mu, f_f;
+    int D_mu, D_nu, D_f, mu_nu, nu_nu, nu_mu, nu_f, f_mu, f_f, mu_mu, mu_y, mu_f;
   } block_{};
 };
 

@@ -84,4 +84,15 @@ std::vector<double> slip_corner_rates(const Assembly& assembly, const StateView&
   return rates;
 }
 
+void add_turning_friction(const Assembly& assembly, const StateView& s, std::vector<double>& rows) {
+  const SparsePattern& pattern = assembly.jacobian();
+  const std::vector<double>& J = assembly.reaction_jacobian();
+  for_each_turn(assembly, s, [&](const Assembly::SlidingRow& r, const Vector2d& turn) {
+    for (int k = 0; k < 2; ++k)
+      for (int j = 0; j < pattern.cols; ++j)
+        if (const auto e = pattern.find(r.along + k, j); e >= 0)
+          rows[static_cast<std::size_t>(pattern.find(r.normal, j))] -= turn[k] * J[static_cast<std::size_t>(e)];
+  });
+}
+
 }  // namespace costate

@@ -16,5 +16,7 @@ void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row
 /// The entries -(mu sigma_k)' of the rows' derivatives by their normal multipliers, along the motion, on this pattern;
 /// empty where nothing slides in space.
 std::vector<double> slip_corner_rates(const Assembly& assembly, const StateView& s, const SparsePattern& corner);
+/// The same of rows with which multipliers act (friction_rows.h): rows -= (mu sigma_k)' J_t,k in those of the gaps.
+void add_turning_friction(const Assembly& assembly, const StateView& s, std::vector<double>& rows);
 
 }  // namespace costate

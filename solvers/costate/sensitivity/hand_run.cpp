@@ -210,12 +210,9 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   equations.set_parameters(rho.data());
   if (equations.assembly().has_switched_rows() && !equations.carries_switched_rows())
     throw CapabilityError(
-        "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
-        "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them, those of "
-        "penalty-second-order, and without friction in space those of maggi-second-order. Take one of these, idas or "
-        "cvodes "
-        "methods, or let the "
-        "contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
+        "This scene has rigid contacts that close, whose rows come and go, which these hand-derived equations do not "
+        "hold. Take idas or cvodes methods, or let the contacts bounce for good (restitution above 0, "
+        "closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
   equations.set_jumps(jumps_of(motion, times_of_laws(problem, rho)), motion.history);

@@ -3,11 +3,11 @@
 #include <array>
 #include <cmath>
 
-#include "costate/adjoint/gradient_rate.h"
 #include "costate/adjoint/hessian_equations.h"
 #include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 #include "costate/event/crossing_rate.h"
+#include "costate/level/acceleration_rates.h"
 
 namespace costate {
 

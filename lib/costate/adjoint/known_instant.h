@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/event/impulse_balance.h"
+#include "costate/level/impulse_balance.h"
 #include "costate/event/impulse_terms.h"
 #include "costate/event/motion_events.h"
 

@@ -23,6 +23,8 @@ class UnilateralForce : public GuardedForce {
   /// Numbers of the element's own: restitution, friction coefficient, and the approach speed below which it closes.
   virtual int restitution_number() const = 0;
   virtual int friction_number() const = 0;
+  /// The coefficient up to which it sticks: that of sliding, or a larger one, and friction falls as sliding begins.
+  virtual int sticking_number() const { return friction_number(); }
   virtual int closing_speed_number() const = 0;
   /// Whether restitution is Poisson's, of impulses, not Newton's, of speeds.
   virtual bool gives_impulse_back() const = 0;

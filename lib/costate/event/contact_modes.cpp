@@ -82,6 +82,7 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
   settle(behind, after.data(), contact->part, of(event).name, begins, guard == Guard::stop ? contact : nullptr);
   std::copy(after.begin(), after.end(), z);
   behind.z = z;
+  if (begins) require_falling(event, before, behind);
   const double acceleration = std::max(largest_acceleration(behind), acceleration_by_forces(behind));
   for (GuardOf& other : guards_) {
     if (other.contact < 0) continue;
@@ -309,7 +310,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       if (at.sliding_state < 0 || &at == begins_to_slide) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
         const double friction = slides_in_space(at) ? std::hypot(lambda[1], lambda[2]) : std::abs(lambda[1]);
-        if (friction > -number(at, at.contact->friction_number()) * lambda[0] + beyond * forces) return false;
+        if (friction > -number(at, at.contact->sticking_number()) * lambda[0] + beyond * forces) return false;
       } else if (rests[c]) {
         const auto along = [&](int row) { return row_of(*at.force, *at.contact, row, s, assembly_, x.data()).c2; };
         const double faster = from_rest[c] ? slip[c][0] * along(1) + slip[c][1] * along(2) : direction * along(1);
@@ -333,6 +334,9 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
                            ? " Where several hold one body who bears how much of its weight and of the friction is "
                              "not determined, and its motion may not be."
                            : "";
+  const auto falls = [&](const ContactOf& c) {
+    return number(c, c.contact->sticking_number()) > number(c, c.contact->friction_number());
+  };
   const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
     write(ways, slip);
     StateView at = s;
@@ -344,19 +348,22 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       return;
     }
     if (!fits(ways, slip)) return;
-    if (chosen.empty()) {
+    const auto choose = [&] {
       chosen = ways;
       chosen_slip = slip;
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
-      return;
-    }
-    if (!are_one_motion(found, x.data(), kSameMotion * by_forces))
-      throw SolverError(fmt::format(
-          "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
-          "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
-          "(Painleve), or errors of the size of the tolerance do. Take a smaller rtol, less friction, or kind = "
-          "\"compliant\".{}",
-          s.t, event, names(), advice));
+    };
+    if (chosen.empty()) return choose();
+    if (are_one_motion(found, x.data(), kSameMotion * by_forces)) return;
+    // Between the limits of sticking and of sliding both are motions: what rests goes on to rest.
+    if (rests_more(closed, chosen, ways, falls)) return;
+    if (rests_more(closed, ways, chosen, falls)) return choose();
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
+        "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
+        "(Painleve), or errors of the size of the tolerance do. Take a smaller rtol, less friction, or kind = "
+        "\"compliant\".{}",
+        s.t, event, names(), advice));
   };
   const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
     if (search && search->proven() && !chosen.empty()) return;

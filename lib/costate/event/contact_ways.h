@@ -60,6 +60,20 @@ std::size_t sharing_unlike(const std::vector<const Contact*>& closed, const std:
   return 0;
 }
 
+/// Of two solutions whether contacts whose friction falls as sliding begins stick in the first one where they slide in
+/// the second, and none the other way round.
+template <class Contact, class Falls>
+bool rests_more(const std::vector<const Contact*>& closed, const std::vector<int>& ways, const std::vector<int>& other,
+                const Falls& falls) {
+  bool more = false;
+  for (std::size_t c = 0; c < closed.size(); ++c) {
+    if (!falls(*closed[c])) continue;
+    if (other[c] == kSticks && slides(ways[c]) != 0) return false;
+    more = more || (ways[c] == kSticks && slides(other[c]) != 0);
+  }
+  return more;
+}
+
 /// Calls visit(the way of each) for all combinations, those first in which the first options are taken; the last
 /// contact changes fastest. False where there are more than kMostWays.
 template <class Visit>

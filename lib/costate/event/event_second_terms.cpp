@@ -1,5 +1,8 @@
 // Second derivatives of what an event does: lib/README.md (13.14), on path duals, one part of which is the variable and
 // the other the direction.
+#include <fmt/format.h>
+
+#include "costate/base/error.h"
 #include "costate/event/motion_events.h"
 
 namespace costate {
@@ -15,17 +18,16 @@ VectorXd as_vector(const std::vector<double>& x) {
 
 MotionEvents::Gradient MotionEvents::begin_second(int event, const StateView& before, const Side& minus) {
   const GuardOf& g = of(event);
+  if (friction_falls(g))
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s '{}' begins with a fall of friction, from static_coefficient to friction_coefficient: second "
+        "derivatives of psi are not carried across. Take differences of gradients, or one coefficient.",
+        before.t, g.name));
   second_event_ = event;
   second_before_ = before;
   if (has_impulse(event)) linearize_impact(event, before, true);
   linearize(g, before, minus, true);
-  Gradient h{as_vector(h_x_), as_vector(h_rho_), h_t_, VectorXd::Zero(assembly_.m())};
-  for (std::size_t i = 0; i < lambda_.size(); ++i) {
-    lambda_[i].d[0] = Taylor2(1.0);
-    h.lambda[g.first_row + static_cast<int>(i)] = g.guarded->guard(g.k, arguments()).d[0].c0;
-    lambda_[i].d[0] = Taylor2();
-  }
-  return h;
+  return {as_vector(h_x_), as_vector(h_rho_), h_t_, by_multipliers_of(g)};
 }
 
 bool MotionEvents::changes_alone(int event, const double* z_before, const double* z_after) const {

@@ -13,7 +13,7 @@
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/variation.h"
 #include "costate/element/unilateral_force.h"
-#include "costate/event/impulse_balance.h"
+#include "costate/level/impulse_balance.h"
 
 namespace costate {
 

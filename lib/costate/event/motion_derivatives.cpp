@@ -98,6 +98,7 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
                         before.t, own->force->path(), c.force->path()));
     return false;
   }
+  if (friction_falls(of(event))) return false;
   // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < minus.a.size(); ++i) {
@@ -197,7 +198,7 @@ void require_own_instant(const Force& force, const std::string& event, double t,
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
   const int n = assembly_.n(), nz = assembly_.nz(), np = assembly_.np();
   const auto width = static_cast<std::size_t>(2 * n + nz);
-  load(g, before);
+  load(g, with_reactions(g, before));
   require_own_instant(*g.force, g.name, before.t, p_);
   h_x_.assign(width, 0);
   h_rho_.assign(static_cast<std::size_t>(np), 0);
@@ -271,6 +272,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
     return;
   }
   linearize(g, before, minus, true);
+  if (by_multipliers(g)) add_reactions(g, before);
   std::vector<double> own(D_x_.size());
   std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
   if (impact) linearize_impact(event, before, true);
@@ -327,6 +329,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) return;
   linearize(g, before, minus, np > 0);
+  if (by_multipliers(g)) add_reactions(g, before);
   double sigma = minus.cost - plus.cost;
   if (has_impulse(event)) {
     linearize_impact(event, before, false);

@@ -20,6 +20,7 @@
 #include "costate/element/guarded_force.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
+#include "costate/event/reaction_slope.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -319,6 +320,18 @@ class MotionEvents {
   bool slides_as(const ContactOf& c, const ContactOf& own, const StateView& s);
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
+  // In event/falling_friction.cpp.
+  /// Whether friction falls as sliding begins, as the coefficient of sticking is the larger one.
+  bool friction_falls(const GuardOf& g) const;
+  /// `s`, with multipliers of its own where such a guard needs them and it has none.
+  StateView with_reactions(const GuardOf& g, StateView s);
+  /// Throws CapabilityError where such a contact, behind its slip, is held by others.
+  void require_falling(int event, const StateView& before, const StateView& behind);
+  /// The guard's derivatives by the multipliers of a contact (m), at what load() has loaded.
+  Eigen::VectorXd by_multipliers_of(const GuardOf& g);
+  /// linearize() of a guard of multipliers: h_x_, h_rho_ and hdot_ gain what these depend on.
+  void add_reactions(const GuardOf& g, const StateView& before);
+  // In event/motion_derivatives.cpp.
   /// The derivatives of u at the impact; what follows from them, as Impact has it.
   void linearize_impact(int event, const StateView& before, bool columns);
   void impact_tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt, double* du);
@@ -350,6 +363,7 @@ class MotionEvents {
   std::vector<double> D_rate_, D_t_;  // D_t + D_x f-, D_t
   double h_t_ = 0, hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
+  std::unique_ptr<ReactionSlope> reactions_;  // made where it is asked
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false, between_steps_ = false, carries_slips_from_rest_ = false;
   double slow_slips_ = 0;

@@ -20,11 +20,7 @@ double MotionEvents::guard_gradient(int event, const StateView& before, const Si
   out.v = x.segment(n, n);
   out.z = x.tail(nz);
   out.rho = Eigen::Map<const Eigen::VectorXd>(h_rho_.data(), assembly_.np());
-  for (std::size_t i = 0; i < lambda_.size(); ++i) {
-    lambda_[i].d[0] = Taylor2(1.0);
-    out.lambda[g.first_row + static_cast<int>(i)] = g.guarded->guard(g.k, arguments()).d[0].c0;
-    lambda_[i].d[0] = Taylor2(0.0);
-  }
+  if (!lambda_.empty()) out.lambda = by_multipliers_of(g);
   return h_t_;
 }
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
-#include "costate/event/impulse_balance.h"
+#include "costate/level/impulse_balance.h"
 
 namespace costate {
 

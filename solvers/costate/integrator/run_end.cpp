@@ -6,7 +6,6 @@
 #include <cmath>
 #include <type_traits>
 
-#include "costate/adjoint/gradient_rate.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/formulation.h"
@@ -14,6 +13,7 @@
 #include "costate/integrator/runge_kutta_run.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/level/acceleration_rates.h"
 #include "costate/level/penalty_weight.h"
 
 namespace costate {

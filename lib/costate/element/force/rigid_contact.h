@@ -3,7 +3,8 @@
 // are those of its rows (constraint/contact_rows.h). States, of one that may close: 1 while it is closed, else 0; with
 // friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks. In space 1 where it slides,
 // and the offset of its velocity (element/switched_rows.h), which is 0 but where sliding has begun from rest.
-// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, the states at the start; those of the points.
+// Numbers: e, mu of sliding and of impacts, mu_s up to which it sticks (in the plane; in space the same number), the
+// approach speed below which it closes, h, alpha, R, the states at the start; those of the points.
 #pragma once
 
 #include <cmath>
@@ -25,7 +26,7 @@ template <class Point>
 class RigidContact final : public Force, public UnilateralForce, public ConditionalGuard, public GapElement {
  public:
   using Surface = ContactSurface<Point>;
-  static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
+  static constexpr int kRestitution = 0, kFriction = 1, kSticking = 2, kClosing = 3, kGround = 4,
                        kClosed = kGround + Surface::kNumbers, kSliding = kClosed + 1, kOffset = kSliding + 1,
                        kNumbers = Surface::dim == 3 ? kOffset + 1 : kOffset;
   static constexpr bool kSpace = Surface::dim == 3;
@@ -63,8 +64,8 @@ class RigidContact final : public Force, public UnilateralForce, public Conditio
   void calc_number_partial(const LocalState&, int, double*, double*) const override {}
   void add_number_gradient(const LocalState&, const double*, const double*, const int*, int, double*) const override {}
 
-  // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu N -+ F of sticking, and
-  // the end of sliding, where s v_t falls to 0. In space mu N - |F|, and the end where |w| falls to half an offset.
+  // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu_s N -+ F of sticking,
+  // and the end of sliding, where s v_t falls to 0. In space mu N - |F|, and the end where |w| falls to half an offset.
   int guard_count() const override { return options_.closes ? options_.sticks ? kSpace ? 4 : 5 : 2 : 1; }
   Guard guard_kind(int k) const override {
     constexpr Guard plane[] = {Guard::touch, Guard::release, Guard::slip_backward, Guard::slip_forward, Guard::stop};
@@ -122,6 +123,7 @@ class RigidContact final : public Force, public UnilateralForce, public Conditio
   }
   int restitution_number() const override { return kRestitution; }
   int friction_number() const override { return kFriction; }
+  int sticking_number() const override { return kSticking; }
   int closing_speed_number() const override { return kClosing; }
   bool gives_impulse_back() const override { return options_.poisson; }
   int closed_state() const override { return options_.closes ? 0 : -1; }
@@ -171,14 +173,14 @@ class RigidContact final : public Force, public UnilateralForce, public Conditio
       return sqrt(along * along + across * across) - S(0.5 * kSlidingOffset);
     }
   }
-  /// N, and mu N -+ F; the multipliers are -N and -F.
+  /// N, and mu_s N -+ F; the multipliers are -N and -F.
   template <class S>
   S pressed(int k, const S* lambda, const S* p) const {
     using std::sqrt;
     if (k == 1) return -lambda[0];
     if constexpr (kSpace)
-      return -p[kFriction] * lambda[0] - sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2] + S(1e-300));
-    return k == 2 ? lambda[1] - p[kFriction] * lambda[0] : -lambda[1] - p[kFriction] * lambda[0];
+      return -p[kSticking] * lambda[0] - sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2] + S(1e-300));
+    return k == 2 ? lambda[1] - p[kSticking] * lambda[0] : -lambda[1] - p[kSticking] * lambda[0];
   }
   /// Where the other point's coordinates and numbers begin.
   template <class S>

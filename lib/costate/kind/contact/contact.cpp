@@ -173,21 +173,27 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   o.closing_speed_m_per_s = table.value("closing_speed_m_per_s", NumberRule::non_negative, 0);
   read_friction(table, compliant);
   if (compliant.friction != "none") o.friction_coefficient = compliant.friction_coefficient;
-  if (compliant.static_coefficient > o.friction_coefficient) {
+  // Of models of a compliant contact that have none, too.
+  if (compliant.friction != "none" && compliant.static_coefficient < 0)
+    compliant.static_coefficient = table.find_value("static_coefficient", NumberRule::non_negative).value_or(-1);
+  if (!builder.has_spatial_point(point)) {
+    o.static_coefficient = compliant.static_coefficient;
+  } else if (compliant.static_coefficient > o.friction_coefficient) {
     o.friction_coefficient = compliant.static_coefficient;
     o.friction_key = "static_coefficient";
-    notice(
-        fmt::format("contact.{}: A rigid contact has one coefficient of friction: static_coefficient = {:g} is that of "
-                    "sticking, of sliding and of impacts, and friction_coefficient = {:g} does not count. Give one, "
-                    "or take kind = \"compliant\", which has both.",
-                    name, compliant.static_coefficient, compliant.friction_coefficient));
+    notice(fmt::format(
+        "contact.{}: A rigid contact in space has one coefficient of friction: static_coefficient = {:g} is that of "
+        "sticking, of sliding and of impacts, and friction_coefficient = {:g} does not count. Give one, or take kind = "
+        "\"compliant\", which has both.",
+        name, compliant.static_coefficient, compliant.friction_coefficient));
   }
-  if (o.closed && o.friction_coefficient > 0) {
+  const bool rough = o.friction_coefficient > 0 || o.static_coefficient > 0;
+  if (o.closed && rough) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
     o.sliding = sliding == "forward" ? 1 : sliding == "backward" ? -1 : 0;
   }
   // Of one that is open at the start it says nothing, but feet that swap roles have it both.
-  if (o.friction_coefficient > 0 && o.sliding == 0) {
+  if (rough && o.sliding == 0) {
     if (table.has("along_m")) o.along_m = table.value("along_m", NumberRule::any);
     if (table.has("across_m")) o.across_m = table.value("across_m", NumberRule::any);
     if (o.across_m && !builder.has_spatial_point(point))
@@ -205,7 +211,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
         {"exponent", compliant.exponent},
         {"damping_N_s_per_m", compliant.damping_N_s_per_m},
         {"friction_coefficient", o.friction_key == "static_coefficient" ? compliant.friction_coefficient : -1},
-        {"static_coefficient", compliant.static_coefficient},
+        {"static_coefficient", o.static_coefficient < 0 ? compliant.static_coefficient : -1},
         {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
     if (value >= 0 && key != o.friction_key && table.has(key))
       builder.add_number(path + "." + key, value, NumberRule::non_negative);

@@ -111,7 +111,7 @@ void ContactNumbers::add_friction(const ContactLawOptions& o) {
                                  sticking, o.friction_coefficient));
   add("friction_coefficient", o.friction_coefficient, has_bristles(friction) ? kPositive : kNotNegative, some);
   if (two && o.static_coefficient < 0)
-    numbers_.push_back(numbers_.back());
+    repeat();
   else
     add("static_coefficient", sticking, kNotNegative, two);
   add("transition_velocity_m_per_s", o.transition_velocity_m_per_s, kPositive, some && friction != F::dahl);

@@ -46,6 +46,8 @@ class ContactNumbers {
   ContactNumbers(MechanismBuilder& builder, std::string path) : builder_(builder), path_(std::move(path)) {}
 
   void add(const std::string& key, double value, NumberRule rule, bool used);
+  /// The last one stands for the next one, too.
+  void repeat() { numbers_.push_back(numbers_.back()); }
   /// K, n, e, C. Throws ModelError where they are out of range.
   void add_normal_law(const ContactLawOptions& o);
   /// Those of friction_force().

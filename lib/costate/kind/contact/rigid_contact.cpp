@@ -30,7 +30,7 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   typename RigidContact<Point>::Options options;
   options.round = o.radius_m > 0;
   options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed || !o.for_good;
-  options.sticks = o.friction_coefficient > 0;
+  options.sticks = o.friction_coefficient > 0 || o.static_coefficient > 0;
   options.poisson = o.restitution_law == "poisson";
   constexpr bool space = ContactSurface<Point>::dim == 3;
   if (options.sticks && options.round && space && (o.along_m || o.across_m))
@@ -42,6 +42,10 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   ContactNumbers numbers(builder, path);
   numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
   numbers.add(o.friction_key, o.friction_coefficient, not_negative, options.sticks);
+  if (o.static_coefficient < 0)
+    numbers.repeat();
+  else
+    numbers.add("static_coefficient", o.static_coefficient, not_negative, options.sticks);
   numbers.add("closing_speed_m_per_s", o.closing_speed_m_per_s, not_negative, o.closing_speed_m_per_s > 0);
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
@@ -75,6 +79,11 @@ void add_rigid_contact(MechanismBuilder& builder, const std::string& name, const
     throw ModelError(
         path + ".restitution",
         fmt::format("The speed after an impact by the speed before is expected, 0 to 1; found {:g}.", o.restitution));
+  if (o.static_coefficient >= 0 && o.static_coefficient < o.friction_coefficient)
+    throw ModelError(path + ".static_coefficient",
+                     fmt::format("The static coefficient of friction must not be less than that of sliding, found {} "
+                                 "and {}.",
+                                 o.static_coefficient, o.friction_coefficient));
   const auto add = [&](const auto& find) {
     const auto at = find(path + ".point", point);
     std::optional<std::decay_t<decltype(at)>> ahead;

@@ -13,6 +13,7 @@ struct RigidContactOptions {
   std::string restitution_law = "newton";             // or "poisson"
   double friction_coefficient = 0;                    // Coulomb's; 0: there is no friction
   std::string friction_key = "friction_coefficient";  // what that number is called
+  double static_coefficient = -1;                     // of sticking, in the plane; negative: that of sliding
   double closing_speed_m_per_s = 0;                   // with a lower approach speed it closes
   bool for_good = false;  // one with restitution bounces for good; if not it closes where bounces die out
   bool closed = false;    // at the start

@@ -1,0 +1,257 @@
+// Rigid contacts whose friction falls as sliding begins, from a static coefficient to that of sliding: stick and slip
+// of a block that a spring pulls, against closed forms, by all methods; what rests between both limits; and what is not
+// carried.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/hessian.h"
+#include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
+#include "support/with_words.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+
+namespace {
+
+const std::vector<MethodWay> falling_ways = {{"index1", "idas-adjoint"},
+                                             {"index1", "idas-forward"},
+                                             {"index1", "cvodes-adjoint"},
+                                             {"index1", "cvodes-forward"},
+                                             {"index1", "hand-tangent"},
+                                             {"index1", "hand-adjoint"},
+                                             {"index1", "discrete-tangent"},
+                                             {"baumgarte", "idas-adjoint"},
+                                             {"baumgarte", "discrete-adjoint"},
+                                             {"penalty", "cvodes-adjoint"},
+                                             {"penalty", "hand-tangent"},
+                                             {"penalty-second-order", "hand-adjoint"},
+                                             {"augmented-lagrangian", "hand-adjoint"},
+                                             {"index2", "idas-forward"},
+                                             {"index2", "hand-adjoint"},
+                                             {"index2", "discrete-tangent"},
+                                             {"index3", "idas-adjoint"},
+                                             {"maggi", "cvodes-forward"},
+                                             {"maggi", "hand-adjoint"},
+                                             {"maggi", "discrete-adjoint"},
+                                             {"maggi-implicit", "idas-forward"},
+                                             {"maggi-implicit", "hand-tangent"},
+                                             {"maggi-second-order", "hand-adjoint"}};
+
+/// A block of 2 kg that a spring of 40 N/m pulls, whose other end goes ahead at 0.7 m/s; k and V are numbers.
+const char* pulled = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+[mass.P]
+point = "P"
+mass_kg = 2
+[contact.floor]
+kind = "rigid"
+point = "P"
+closed = true
+along_m = 0
+friction = "coulomb"
+friction_coefficient = 0.3
+static_coefficient = 0.5
+[force.pull]
+point = "P"
+k = 40
+V = 0.7
+formula_x_N = "k*(V*t - P.x)"
+[start]
+given = []
+[run]
+t_end_s = 3
+rtol = 1e-11
+formulation = "index1"
+parameters = ["contact.floor.friction_coefficient", "contact.floor.static_coefficient", "mass.P.mass_kg", "force.pull.k", "force.pull.V"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+)";
+
+/// Thrown back at 1 m/s against a push of 0.4 of its weight.
+const char* pushed = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = -1
+[mass.P]
+point = "P"
+mass_kg = 2
+[contact.floor]
+kind = "rigid"
+point = "P"
+closed = true
+sliding = "backward"
+friction = "coulomb"
+friction_coefficient = 0.3
+static_coefficient = STATIC
+[force.push]
+point = "P"
+x_N = 7.848
+[start]
+given = ["P.x"]
+[run]
+t_end_s = 1
+rtol = 1e-10
+parameters = ["contact.floor.friction_coefficient", "contact.floor.static_coefficient"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+)";
+
+}  // namespace
+
+// With y = V t - x, w = sqrt(k/m): it begins to slide at k y = mu_s m g; then y - y_k = (y_s - y_k) cos w s + V/w sin w
+// s about k y_k = mu_k m g, until y' = V once more, where y = 2 y_k - y_s: w s = 2 pi - 2 atan((y_s - y_k) w/V). Each
+// round takes what y has to make up, 2 (y_s - y_k)/V, and the slip. At the end it sticks, and x is V t - y there.
+TEST_CASE("static friction: a pulled block sticks and slips, against its closed form", "[events]") {
+  const auto end_of = [](const long double* r, double t_end, std::vector<double>* times) {
+    const long double mu = r[0], mu_s = r[1], m = r[2], k = r[3], V = r[4], g = 9.81L, w = std::sqrt(k / m),
+                      yk = mu * m * g / k, ys = mu_s * m * g / k,
+                      slip = (2 * std::acos(-1.0L) - 2 * std::atan((ys - yk) * w / V)) / w;
+    long double t = ys / V, x = 0;
+    for (; t + slip < t_end; t += slip + 2 * (ys - yk) / V) {
+      x = V * (t + slip) - (2 * yk - ys);
+      if (times) times->insert(times->end(), {static_cast<double>(t), static_cast<double>(t + slip)});
+    }
+    return x;
+  };
+  Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
+  const std::vector<double> rho = p.parameters.values();
+  std::vector<long double> at(rho.begin(), rho.end());
+  std::vector<double> times, right;
+  const long double x = end_of(at.data(), 3, &times);
+  REQUIRE(times.size() == 4);
+  // Differences of the closed form in long doubles: (1e-5)^2 and 1e-19/1e-5 of it.
+  for (std::size_t j = 0; j < at.size(); ++j) {
+    const long double h = 1e-5L * at[j];
+    std::vector<long double> up = at, down = at;
+    up[j] += h;
+    down[j] -= h;
+    right.push_back(static_cast<double>((end_of(up.data(), 3, nullptr) - end_of(down.data(), 3, nullptr)) / (2 * h)));
+  }
+  const double size = size_of(right, p.parameters);
+  for (const MethodWay& way : falling_ways) {
+    p.formulation = way.formulation;
+    CAPTURE(way.formulation, way.method);
+    const GradientResult r = gradient(p, way.method, rho);
+    // By the tolerance, taken thirtyfold as a second of motion adds up; soft constraints cost 1/alpha.
+    const double allowed = p.formulation.starts_with("penalty") ? 1e-7 : 3e-9;
+    REQUIRE(r.events.size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(r.events[i].t - times[i]) <= allowed * 3);
+    CHECK(std::abs(r.psi - static_cast<double>(x)) <= allowed * 3);
+    for (std::size_t j = 0; j < right.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], right[j]);
+      // The differences have 1e-10 of themselves.
+      CHECK(std::abs(r.gradient[j] - right[j]) * p.parameters.parameters[j].scale <= 3 * allowed * size);
+    }
+  }
+}
+
+TEST_CASE("static friction: costs on reactions, which jump, as differences of whole motions have them", "[events]") {
+  const std::string costs = "[[cost.running]]\nkind = \"square\"\noutput = \"floor.friction_force\"\nweight = 0.001\n";
+  std::vector<MethodWay> ways = falling_ways;
+  std::erase_if(ways, [](const MethodWay& w) { return std::string(w.formulation).ends_with("second-order"); });
+  check_ways(make_problem(Scene::parse(pulled + costs, "pulled.toml")),
+             {"contact.floor: slip slides", "contact.floor: stop sticks", "contact.floor: slip slides",
+              "contact.floor: stop sticks"},
+             ways, 1e-8, 1e-7);
+}
+
+// psi by fixed steps falls with their square, and the gradient is that of the steps.
+TEST_CASE("static friction: fixed steps", "[events]") {
+  Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
+  const GradientResult right = gradient(p, "cvodes-forward", p.parameters.values());
+  p.solver.integrator = "fixed";
+  double last = 0;
+  for (const char* formulation : {"index3", "baumgarte"})
+    for (const double step : {1e-2, 2.5e-3}) {
+      CAPTURE(formulation, step);
+      p.formulation = formulation;
+      p.solver.step_s = step;
+      const GradientResult r = gradient(p, "discrete-adjoint", p.parameters.values());
+      const double off = std::abs(r.gradient[1] - right.gradient[1]);
+      CHECK(off <= (step == 1e-2 ? 5e-3 : last / 8));
+      last = off;
+      const GradientResult t = gradient(p, "discrete-tangent", p.parameters.values());
+      for (std::size_t j = 0; j < r.gradient.size(); ++j)
+        CHECK(std::abs(t.gradient[j] - r.gradient[j]) <= 1e-9 * std::abs(r.gradient[j]));
+    }
+}
+
+// It stops at t1 = 1/(0.7 g), and then sticks where the push is below mu_s N, though sliding is a motion, too; else it
+// slides back at (0.4 - 0.3) g.
+TEST_CASE("static friction: what rests between both limits goes on to rest", "[events]") {
+  const double g = 9.81, t1 = 1 / (0.7 * g);
+  for (const double mu_s : {0.5, 0.35}) {
+    CAPTURE(mu_s);
+    const Problem p =
+        make_problem(Scene::parse(with_words(pushed, {{"STATIC", fmt::format("{}", mu_s)}}), "pushed.toml"));
+    const double right = -t1 / 2 + (mu_s < 0.4 ? 0.05 * g * (1 - t1) * (1 - t1) : 0);
+    CHECK(std::abs(simulate(p, p.parameters.values()).psi - right) <= 1e-9);
+  }
+}
+
+TEST_CASE("static friction: what is not carried is refused by name", "[events]") {
+  Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
+  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("a fall of friction") && Contains("differences"));
+  CHECK_THROWS_WITH(make_problem(Scene::parse(with_words(pushed, {{"STATIC", "0.2"}}), "pushed.toml")),
+                    Contains("must not be less than that of sliding"));
+  // Two feet of one body: who bears how much is not determined.
+  std::string feet = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[body.b]
+mass_kg = 2
+inertia_kg_m2 = 0.1
+x_m = 0
+y_m = 0.2
+[point.C]
+on = "b"
+x_m = 0
+y_m = 0
+[force.pull]
+point = "C"
+formula_x_N = "40*t"
+[start]
+given = ["b.x"]
+given_velocities = []
+[run]
+t_end_s = 1
+[[cost.terminal]]
+kind = "value"
+output = "b.x"
+)";
+  for (const char* side : {"-", ""})
+    feet += fmt::format(
+        "[point.P{0}]\non = \"b\"\nx_m = {1}0.3\ny_m = -0.2\n[contact.c{0}]\nkind = \"rigid\"\npoint = \"P{0}\"\n"
+        "closed = true\nfriction = \"coulomb\"\nfriction_coefficient = 0.3\nstatic_coefficient = 0.5\n",
+        *side ? 1 : 2, side);
+  p = make_problem(Scene::parse(feet, "feet.toml"));
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
+                    Contains("other contacts hold its body") && Contains("contact.c"));
+  // In space there is one coefficient, which a notice says.
+  std::string space = with_words(pushed, {{"STATIC", "0.5"}, {"y_m", "z_m"}, {"backward", "forward"}});
+  space.replace(space.find("x_m = 0\n"), 8, "x_m = 0\ny_m = 0\n");
+  take_notices();
+  CHECK_NOTHROW(Scene::parse(space, "space.toml"));
+  bool said = false;
+  for (const std::string& s : take_notices())
+    said = said || s.find("in space has one coefficient") != std::string::npos;
+  CHECK(said);
+}

@@ -47,7 +47,7 @@ const std::vector<MethodWay> falling_ways = {{"index1", "idas-adjoint"},
                                              {"maggi-second-order", "hand-adjoint"}};
 
 /// A block of 2 kg that a spring of 40 N/m pulls, whose other end goes ahead at 0.7 m/s; k and V are numbers.
-const char* pulled = R"(
+const char* pulled = R"toml(
 [gravity]
 y_m_per_s2 = -9.81
 [point.P]
@@ -79,7 +79,7 @@ parameters = ["contact.floor.friction_coefficient", "contact.floor.static_coeffi
 [[cost.terminal]]
 kind = "value"
 output = "P.x"
-)";
+)toml";
 
 /// Thrown back at 1 m/s against a push of 0.4 of its weight.
 const char* pushed = R"(
@@ -178,20 +178,19 @@ TEST_CASE("static friction: fixed steps", "[events]") {
   Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
   const GradientResult right = gradient(p, "cvodes-forward", p.parameters.values());
   p.solver.integrator = "fixed";
+  p.formulation = "index3";
   double last = 0;
-  for (const char* formulation : {"index3", "baumgarte"})
-    for (const double step : {1e-2, 2.5e-3}) {
-      CAPTURE(formulation, step);
-      p.formulation = formulation;
-      p.solver.step_s = step;
-      const GradientResult r = gradient(p, "discrete-adjoint", p.parameters.values());
-      const double off = std::abs(r.gradient[1] - right.gradient[1]);
-      CHECK(off <= (step == 1e-2 ? 5e-3 : last / 8));
-      last = off;
-      const GradientResult t = gradient(p, "discrete-tangent", p.parameters.values());
-      for (std::size_t j = 0; j < r.gradient.size(); ++j)
-        CHECK(std::abs(t.gradient[j] - r.gradient[j]) <= 1e-9 * std::abs(r.gradient[j]));
-    }
+  for (const double step : {1e-2, 2.5e-3}) {
+    CAPTURE(step);
+    p.solver.step_s = step;
+    const GradientResult r = gradient(p, "discrete-adjoint", p.parameters.values());
+    const double off = std::abs(r.gradient[1] - right.gradient[1]);
+    CHECK(off <= (step == 1e-2 ? 5e-3 : last / 8));
+    last = off;
+    const GradientResult t = gradient(p, "discrete-tangent", p.parameters.values());
+    for (std::size_t j = 0; j < r.gradient.size(); ++j)
+      CHECK(std::abs(t.gradient[j] - r.gradient[j]) <= 1e-9 * std::abs(r.gradient[j]));
+  }
 }
 
 // It stops at t1 = 1/(0.7 g), and then sticks where the push is below mu_s N, though sliding is a motion, too; else it

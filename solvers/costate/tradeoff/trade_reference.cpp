@@ -12,6 +12,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/run_budget.h"
+#include "costate/mechanism/length_size.h"
 #include "costate/problem/scaled_gradient.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
@@ -31,6 +32,8 @@ constexpr double kAgrees = 1e-2;
 constexpr double kCancelled = 1e-3;
 // An output whose range is no more of its size is constant, and measured by its size.
 constexpr double kConstant = 1e-6;
+// Of the mechanism's length, and of angles.
+constexpr double kNoMotion = 1e-10;
 // An output whose terms cancel to less than this part of what they amount to is measured by that part: the force of a
 // spring and its damper that drive no mass is zero, and each of them right to its tolerance.
 constexpr double kCancelledTerms = 1e-6;
@@ -47,6 +50,10 @@ std::map<std::string, double> sizes(const TradeProbe& probe, const TradeMotion& 
   const auto& coordinates = probe.problem().mechanism->coordinates();
   for (std::size_t i = 0; i < std::min(coordinates.size(), m.lowest.size()); ++i)
     size[coordinates[i].unit] = std::max(size[coordinates[i].unit], m.highest[i] - m.lowest[i]);
+  // Where all that moves is rounding they are what they could be.
+  const double length = length_size(*probe.problem().mechanism);
+  for (const auto& [unit, could] : {std::pair("m", length), std::pair("rad", 1.0)})
+    if (size.contains(unit) && !(size[unit] > kNoMotion * could)) size[unit] = could;
   const double span = probe.problem().solver.t_end - probe.problem().solver.t_start;
   for (const char* unit : {"m", "rad"})
     if (size.contains(unit)) size[std::string(unit) + "/s"] = size[unit] / span;

@@ -27,6 +27,15 @@ constexpr double kRunErrors = 10;
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
 
+/// Whether a running cost holds what moves with a force's coordinates, through any of the mechanism.
+bool holds_part(const Mechanism& m, const std::shared_ptr<const CostTerm>& term, const std::vector<int>& parts,
+                int part) {
+  Objective one;
+  one.running.push_back(term);
+  const std::optional<std::vector<int>> of = coordinates_of(m, one);
+  return !of || std::any_of(of->begin(), of->end(), [&](int c) { return parts[static_cast<std::size_t>(c)] == part; });
+}
+
 /// Of events of two parts that have nothing to do with each other but that a running cost holds both: which of them
 /// comes first decides what the cost is between them.
 std::string kink_by_cost(const Problem& problem, const std::string& first, const std::string& second) {
@@ -38,14 +47,7 @@ std::string kink_by_cost(const Problem& problem, const std::string& first, const
   const int a = part_of(first), b = part_of(second);
   if (a == b) return {};
   for (const auto& term : problem.objective.running) {
-    Objective one;
-    one.running.push_back(term);
-    const std::optional<std::vector<int>> of = coordinates_of(m, one);
-    const auto holds = [&](int part) {
-      return !of ||
-             std::any_of(of->begin(), of->end(), [&](int c) { return parts[static_cast<std::size_t>(c)] == part; });
-    };
-    if (holds(a) && holds(b))
+    if (holds_part(m, term, parts, a) && holds_part(m, term, parts, b))
       return fmt::format(
           "'{}' and '{}' happen in one instant, and a running cost holds what both of them move: where it "
           "is more than a sum of both, psi has another slope on either side, as one or the other comes "
@@ -121,6 +123,32 @@ void tell_of_end(const Problem& problem, const Simulation& result, const std::ve
     if (std::abs(kink - end) < instant)
       notice(
           fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
+}
+
+void tell_of_impulses(const Problem& problem, const Simulation& result, const std::vector<double>& kinks) {
+  if (!problem.objective.running_needs_accelerations()) return;
+  const Mechanism& m = *problem.mechanism;
+  const double begin = problem.solver.t_start, end = result.end ? result.end->t : problem.solver.t_end;
+  const auto kink = std::find_if(kinks.begin(), kinks.end(), [&](double t) { return begin < t && t < end; });
+  const std::vector<int> parts = coordinate_parts(m);
+  for (const auto& term : problem.objective.running) {
+    if (!term->needs_accelerations()) continue;
+    const auto* output = dynamic_cast<const OutputTerm*>(term.get());
+    const std::string of = output ? "'" + output->output().name() + "'" : "accelerations or reactions";
+    const auto tell = [&](double t, const std::string& what) {
+      notice(
+          fmt::format("Velocities jump at t = {:.9g} s ({}), and what makes them jump is an impulse: the integral of "
+                      "{} in the cost, and its gradient, are without it, as without its work.",
+                      t, what, of));
+    };
+    if (kink != kinks.end()) return tell(*kink, "the law of a driver has a kink");
+    for (const RunEvent& e : result.events) {
+      const Force* force = e.jump == 0 ? nullptr : find_event(m, e.name).force;
+      if (force && dynamic_cast<const UnilateralForce*>(force) &&
+          holds_part(m, term, parts, parts[static_cast<std::size_t>(force->coordinates().front())]))
+        return tell(e.t, e.name);
+    }
+  }
 }
 
 void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end,

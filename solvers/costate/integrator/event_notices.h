@@ -18,6 +18,8 @@ void refuse_grazing(const GrazingWatch& watch, double rtol);
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
 void tell_of_start(const Problem& problem, const Simulation& result);
+/// Of running costs on accelerations or reactions where velocities jump: impulses are in none of their integrals.
+void tell_of_impulses(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
 /// Of an impact that comes, as the end has it, within an instant behind the end, where a terminal cost is.
 void tell_of_impact_behind(const Problem& problem, const Assembly& assembly, const StateView& end, GrazingWatch& watch);
 /// Of a sample of the cost in the instant of an event.

@@ -215,6 +215,7 @@ void FixedRun::conclude(Simulation& result) const {
   if (const double drift = watch_->told_drift(); drift > 0) widen_error(result, drift * result.psi);
   tell_of_grazing(grazing_, scheme_->motion_events(), problem_.solver.rtol);
   tell_of_end(problem_, result, kinks_);
+  tell_of_impulses(problem_, result, kinks_);
   require_finite(result);
 }
 

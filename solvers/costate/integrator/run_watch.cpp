@@ -141,7 +141,9 @@ void RunWatch::conclude(Simulation& result) const {
         problem_.solver.rtol, result.counters.steps));
   tell_of_grazing(grazing_, system_.motion_events(), problem_.solver.rtol);
   open_costs_.tell(watch_.began_redundant());
-  tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
+  const std::vector<double> kinks = driver_kinks(*problem_.mechanism, system_.assembly().numbers());
+  tell_of_end(problem_, result, kinks);
+  tell_of_impulses(problem_, result, kinks);
   tell_of_samples(problem_, result.events);
   require_cycle(problem_, result.psi);
   require_finite(result);

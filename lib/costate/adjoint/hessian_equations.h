@@ -91,6 +91,10 @@ class HessianEquations {
     double near_before = 0, near_after = 0;
     std::vector<double> state_before = {}, state_after = {};
     bool rigid = false, bends = false;  // of a rigid contact; and of one that lets go or begins to slide: (13.17)
+    // Where a force begins as d^n, 1 < n < 2: what depends on its slopes is as t^(n-1), t from the event on, and its
+    // limit (ratio x(near) - x(further))/(ratio - 1); ratio: (further/near)^(n-1), or 0.
+    double further_before = 0, further_after = 0, ratio = 0;
+    std::vector<double> state_further_before = {}, state_further_after = {};
   };
   /// Whose derivatives are taken, with an assembly of their own.
   struct Jumps {
@@ -113,6 +117,8 @@ class HessianEquations {
     /// The rate of L = g + mu^T f at fixed mu.
     double rate(const Eigen::VectorXd& mu) const { return mu.dot(f_rate) + cost_rate; }
   };
+  /// Beside the event, with rates and, where `mu` is given, what an adjoint has.
+  Flow flow_beside(const Event& event, bool after, const Eigen::VectorXd* mu);
   /// At the evaluated point; without rates, and what an adjoint has.
   Flow flow() const;
   void add_rates(Flow& flow);

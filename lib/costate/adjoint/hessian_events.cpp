@@ -120,18 +120,35 @@ Variation HessianEquations::moved(int j, double dt, const VectorXd& dx) const {
   return d;
 }
 
+HessianEquations::Flow HessianEquations::flow_beside(const Event& e, bool after, const VectorXd* mu) {
+  const int N = state_size();
+  const auto at = [&](double t, const std::vector<double>& state) {
+    evaluate(t, state.data(), state.data() + N);
+    Flow w = flow();
+    add_rates(w);
+    if (mu) add_adjoint(*mu, w);
+    return w;
+  };
+  Flow further;
+  if (e.ratio > 0)
+    further = after ? at(e.further_after, e.state_further_after) : at(e.further_before, e.state_further_before);
+  Flow near = after ? at(e.near_after, e.state_after) : at(e.near_before, e.state_before);
+  if (!(e.ratio > 0)) return near;
+  const auto limit = [&](auto& x, const auto& far) { x = (e.ratio * x - far) / (e.ratio - 1); };
+  for (VectorXd Flow::*part : {&Flow::f, &Flow::f_rate, &Flow::mup, &Flow::rho})
+    if ((near.*part).size() > 0) near.*part = VectorXd((e.ratio * (near.*part) - further.*part) / (e.ratio - 1));
+  limit(near.cost, further.cost);
+  limit(near.cost_rate, further.cost_rate);
+  return near;
+}
+
 void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* mu, double* dmu, double* gradient,
                                    double* products) {
   const int N = state_size(), np = parameter_count();
   if (e.bends) return cross_bend_of_contact(jumps, e, mu, dmu, products);
   const VectorXd behind = Map<const VectorXd>(mu, N);
-  evaluate(e.near_after, e.state_after.data(), e.state_after.data() + N);
-  Flow plus = flow();
-  add_rates(plus);
-  add_adjoint(behind, plus);
-  evaluate(e.near_before, e.state_before.data(), e.state_before.data() + N);
-  Flow minus = flow();
-  add_rates(minus);
+  const Flow plus = flow_beside(e, true, &behind);
+  Flow minus = flow_beside(e, false, nullptr);
 
   const bool known = e.event < 0;
   MotionEvents::Gradient h{VectorXd::Zero(N), -e.by, 1};
@@ -147,7 +164,7 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   const double h_rate = h.t + h.x.dot(minus.f),
                kappa = (behind.dot(plus.f) + plus.cost - G.t - G.x.dot(minus.f) - minus.cost) / h_rate;
   const VectorXd before = G.x + kappa * h.x;
-  add_adjoint(before, minus);
+  minus = flow_beside(e, false, &before);
   Map<VectorXd>(mu, N) = before;
   Map<VectorXd>(gradient, np) += G.rho + kappa * h.rho;
 

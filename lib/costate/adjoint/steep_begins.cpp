@@ -78,7 +78,7 @@ SteepBegins::SteepBegins(const Assembly& assembly)
     const double n = power->touch_exponent(p.data());
     const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
     const bool event = guarded && guarded->guard_count() > 0;
-    if (is_steep(n, event ? kClockTakes : 2)) (event ? events_ : touches_).push_back({k, n});
+    if (is_steep(n, 2)) (event ? events_ : touches_).push_back({k, n});
   }
 }
 
@@ -170,11 +170,23 @@ void SteepBegins::refuse_changed(double t, const double* z_before, const double*
   for (const OfTouch& touch : events_) {
     const Force& force = *mechanism.forces()[touch.force];
     const int first = mechanism.state_offsets()[touch.force];
-    if (!std::equal(z_before + first, z_before + first + force.states(), z_after + first))
+    if (is_steep(touch.exponent, kClockTakes) &&
+        !std::equal(z_before + first, z_before + first + force.states(), z_after + first))
       refuse(t, fmt::format("'{}' touches or lets go, where the second derivative of a force with the exponent {:.6g}, "
                             "between 1 and 1.5, grows too steeply",
                             force.path(), touch.exponent));
   }
+}
+
+double SteepBegins::exponent_between(const double* z_before, const double* z_after) const {
+  double least = 2;
+  if (events_.empty()) return least;
+  const auto held = mechanism_.lock();
+  for (const OfTouch& touch : events_) {
+    const int first = held->state_offsets()[touch.force], last = first + held->forces()[touch.force]->states();
+    if (!std::equal(z_before + first, z_before + last, z_after + first)) least = std::min(least, touch.exponent);
+  }
+  return least;
 }
 
 void SteepBegins::refuse(double t, const std::string& what) {

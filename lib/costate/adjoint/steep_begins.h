@@ -26,6 +26,8 @@ class SteepBegins {
   /// (HessianAdjoint::run_clock()), t = x^4 of the time t since then, and d^(n-2) dt is x^(4n-5) dx: of bounded slope
   /// from n = 3/2 on. Below that they are refused as well.
   void refuse_changed(double t, const double* z_before, const double* z_after) const;
+  /// The smallest n < 2 of those that change between these states, or 2.
+  double exponent_between(const double* z_before, const double* z_after) const;
 
  private:
   /// One place of a law of a deformation, and on which side of it the force acts.
@@ -52,7 +54,7 @@ class SteepBegins {
   std::weak_ptr<const Mechanism> mechanism_;
   std::vector<double> numbers_;
   std::vector<OfLaw> laws_;
-  std::vector<OfTouch> touches_, events_;
+  std::vector<OfTouch> touches_, events_;  // of events, those that are not refused too
 };
 
 }  // namespace costate

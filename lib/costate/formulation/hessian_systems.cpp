@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/base/error.h"
 #include "costate/level/unknown_names.h"
@@ -10,6 +11,10 @@
 namespace costate {
 
 namespace {
+
+// Of the clock beside what is steep: 1e-6 of the layer, whose part of the integral, down to 1e-3 of it, is then right
+// to as much; the depth has seven digits there.
+constexpr double kNearest = 0.0316;
 
 [[noreturn]] void no_sensitivities() {
   throw CapabilityError("The passes of a Hessian have no sensitivities of their own; ask for the Hessian instead.");
@@ -156,17 +161,21 @@ void HessianAdjoint::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
+double HessianAdjoint::from_steep(double clock) const {
+  const double x = std::clamp((clock - begin_) / (end_ - begin_), 0.0, 1.0);
+  return steep_ == Steep::at_begin ? x : 1 - x;
+}
+
 double HessianAdjoint::left_at(double clock) const {
   if (steep_ == Steep::nowhere) return clock;
-  const double length = end_ - begin_, x = std::clamp((clock - begin_) / length, 0.0, 1.0), rest = 1 - x;
-  return steep_ == Steep::at_begin ? begin_ + length * x * x * x * x : end_ - length * rest * rest * rest * rest;
+  const double x = std::max(kNearest, from_steep(clock)), way = (end_ - begin_) * x * x * x * x;
+  return steep_ == Steep::at_begin ? begin_ + way : end_ - way;
 }
 
 double HessianAdjoint::clock_rate(double clock) const {
   if (steep_ == Steep::nowhere) return 1;
-  const double x = std::clamp((clock - begin_) / (end_ - begin_), 0.0, 1.0),
-               near = steep_ == Steep::at_begin ? x : 1 - x;
-  return 4 * near * near * near;
+  const double near = from_steep(clock), x = std::max(kNearest, near), rate = 4 * x * x * x;
+  return near < kNearest ? rate * std::pow(near / kNearest, power_) : rate;
 }
 
 double HessianAdjoint::at(double tau) {

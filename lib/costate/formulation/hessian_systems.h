@@ -106,11 +106,14 @@ class HessianAdjoint final : public HessianPass {
   /// Between these times the integrator's clock runs so that t - begin, or end - t, is as the fourth power of the
   /// clock's: rates that grow without bound towards that end, slower than t^(-3/4), vanish there. Second derivatives of
   /// a contact's d^n, 5/4 < n < 2, do so where it closes and opens.
+  /// With x that clock from there on, of length 1, the rates are as x^(4 n - 5); so near that the depth is rounding,
+  /// x < x0 (kNearest), they are those at x0 times (x/x0)^(4 n - 5).
   enum class Steep { nowhere, at_begin, at_end };
-  void run_clock(double begin, double end, Steep steep) {
+  void run_clock(double begin, double end, Steep steep, double exponent) {
     begin_ = begin;
     end_ = end;
     steep_ = steep;
+    power_ = 4 * exponent - 5;
   }
   /// y behind a bend, or behind an event, becomes that before it.
   void cross(const HessianEquations::Bend& bend, double* y);
@@ -125,13 +128,15 @@ class HessianAdjoint final : public HessianPass {
  private:
   /// The motion's time, and the motion there in point_.
   double at(double tau);
+  /// How far the integrator's clock is from the steep end, 0 to 1.
+  double from_steep(double clock) const;
   /// The time that is left by the integrator's clock, and its rate.
   double left_at(double clock) const;
   double clock_rate(double clock) const;
 
   Motion motion_;
   double t_end_, scale_;
-  double begin_ = 0, end_ = 0;
+  double begin_ = 0, end_ = 0, power_ = 3;
   Steep steep_ = Steep::nowhere;
   double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
   Eigen::VectorXd start_weights_;  // or none

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "costate/adjoint/block_jumps.h"
+#include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
@@ -22,6 +23,9 @@ using Eigen::MatrixXd;
 /// still what it is at the event. And that in spacings of numbers, at least.
 constexpr double kNear = 1e-9, kSpacings = 4;
 constexpr std::size_t kStepsBehind = 8;
+// Where a force begins as d^n its slopes go with t^(n-1) from the event on: so many spacings away depths have three
+// digits, and so many times as far they tell the limit.
+constexpr double kDepths = 256, kFurther = 16;
 /// Of the span: a bend this near to an event is the event's own; and of a time, of 1 s at least, what is one instant.
 constexpr double kEventsOwn = 4e-12, kOneInstant = 1e-10;
 /// Of the largest speed of a slip in space, and in tolerances: where it ends. Above rounding, which a slip that is a
@@ -136,7 +140,10 @@ void require_apart(const Trajectory& motion, const TangentMotion& forward) {
 }
 
 /// The motion near to each of the events, on either side.
-void look_beside(const Trajectory& motion, int n, std::vector<HessianEquations::Event>& events) {
+void look_beside(const Trajectory& motion, const HessianEquations& equations,
+                 std::vector<HessianEquations::Event>& events) {
+  const int n = equations.assembly().n();
+  const SteepBegins& steep = SteepBegins::of(equations.assembly());
   std::size_t i = 0;
   for (HessianEquations::Event& e : events) {
     while (motion.step_end(i) < e.t) ++i;
@@ -149,6 +156,19 @@ void look_beside(const Trajectory& motion, int n, std::vector<HessianEquations::
     e.state_before = e.state_after = e.before;
     motion.evaluate(e.near_before, e.state_before.data());
     motion.evaluate(e.near_after, e.state_after.data());
+    const double exponent =
+        begins_steeply(e, n) ? steep.exponent_between(e.before.data() + 2 * n, e.after.data() + 2 * n) : 2;
+    if (!(exponent < 2)) continue;
+    e.near_before = e.t - kDepths * least;
+    e.near_after = e.behind + kDepths * least;
+    motion.evaluate(e.near_before, e.state_before.data());
+    motion.evaluate(e.near_after, e.state_after.data());
+    e.further_before = e.t - kFurther * kDepths * least;
+    e.further_after = e.behind + kFurther * kDepths * least;
+    e.state_further_before = e.state_further_after = e.before;
+    motion.evaluate(e.further_before, e.state_further_before.data());
+    motion.evaluate(e.further_after, e.state_further_after.data());
+    e.ratio = std::pow(kFurther, exponent - 1);
   }
 }
 
@@ -207,7 +227,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   }
   all.bends = bends_along(equations, all.trajectory, pieces, jumps);
   all.events = forward.met();
-  look_beside(all.trajectory, equations.assembly().n(), all.events);
+  look_beside(all.trajectory, equations, all.events);
   return all;
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
 #include "costate/hessian/hessian_motion.h"
@@ -94,23 +95,29 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
 /// Where the way back is taken across something: a bend, or an event.
 struct Crossing {
   double t, before, after;
-  bool steep;  // rates of the adjoint may be infinite there
+  bool steep;       // rates of the adjoint may be infinite there,
+  double exponent;  // as those of a force d^n are
   std::function<void(double* y)> cross;
 };
 
 /// The last one first.
-std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAdjoint& backward,
+std::vector<Crossing> crossings_of(const HessianMotion& motion, HessianAdjoint& backward,
                                    const HessianEquations::Jumps& jumps) {
   std::vector<Crossing> all;
+  const Assembly& assembly = backward.assembly();
+  const int n = assembly.n();
+  const auto exponent = [&](const HessianEquations::Event& event) {
+    return SteepBegins::of(assembly).exponent_between(event.before.data() + 2 * n, event.after.data() + 2 * n);
+  };
   for (const auto& bend : motion.bends)
-    all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false,
+    all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false, 2,
                    [&](double* y) { backward.cross(bend, y); }});
   for (const auto& event : motion.events) {
     const bool gives = begins_steeply(event, n);
     // What is steep counts up to the event itself.
     const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
     all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,
-                   [&, jumps](double* y) { backward.cross(jumps, event, y); }});
+                   gives ? exponent(event) : 2, [&, jumps](double* y) { backward.cross(jumps, event, y); }});
   }
   std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });
   for (std::size_t i = 0; i + 1 < all.size(); ++i)
@@ -126,12 +133,13 @@ std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAd
 struct PieceBack {
   double begin, end, from, to;
   HessianAdjoint::Steep steep;
+  double exponent;
   const std::function<void(double* y)>* cross;  // at its end; or null
 };
 
 /// Beside what is steep a layer has a clock of its own.
 std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, double t_start, double t_end) {
-  constexpr double kLayer = 0.05;  // of what is between two crossings
+  constexpr double kLayer = 0.49;  // of what is between two crossings: what is steep is so far from the end, too
   using Steep = HessianAdjoint::Steep;
   std::vector<PieceBack> pieces;
   for (std::size_t i = 0; i <= crossings.size(); ++i) {
@@ -139,9 +147,9 @@ std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, doubl
     const double begin = behind ? t_end - behind->t : 0, end = t_end - (at ? at->t : t_start),
                  from = at ? at->after : t_start, to = behind ? behind->before : t_end, layer = kLayer * (end - begin),
                  first = behind && behind->steep ? begin + layer : begin, last = at && at->steep ? end - layer : end;
-    if (first > begin) pieces.push_back({begin, first, from, to, Steep::at_begin, nullptr});
-    pieces.push_back({first, last, from, to, Steep::nowhere, nullptr});
-    if (last < end) pieces.push_back({last, end, from, to, Steep::at_end, nullptr});
+    if (first > begin) pieces.push_back({begin, first, from, to, Steep::at_begin, behind->exponent, nullptr});
+    pieces.push_back({first, last, from, to, Steep::nowhere, 2, nullptr});
+    if (last < end) pieces.push_back({last, end, from, to, Steep::at_end, at->exponent, nullptr});
     if (at) pieces.back().cross = &at->cross;
   }
   return pieces;
@@ -181,11 +189,11 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  const std::vector<Crossing> crossings = crossings_of(all, equations->assembly().n(), backward, forward.jumps());
+  const std::vector<Crossing> crossings = crossings_of(all, backward, forward.jumps());
   const std::vector<PieceBack> pieces = pieces_back(crossings, t_start, t_end);
   const auto enter = [&](const PieceBack& piece) {
     backward.keep_within(piece.from, piece.to);
-    backward.run_clock(piece.begin, piece.end, piece.steep);
+    backward.run_clock(piece.begin, piece.end, piece.steep, piece.exponent);
   };
   std::vector<double> ends_back;
   for (std::size_t i = 0; i + 1 < pieces.size(); ++i) ends_back.push_back(pieces[i].end);

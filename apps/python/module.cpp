@@ -12,6 +12,7 @@
 #include "costate/base/version.h"
 #include "costate/command.h"
 #include "costate/design_setup.h"
+#include "costate/digits.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
@@ -61,6 +62,12 @@ void require_times(const Numbers& times, double begin, double end) {
   }
 }
 
+/// What is known of psi's error, where that is more than the digits that rtol cannot hold; else None.
+py::object error_of_psi(double rtol, double psi, const std::optional<KnownError>& known) {
+  if (!known || !(known->psi > app::uncertainty_of(psi, rtol))) return py::none();
+  return py::float_(known->psi);
+}
+
 py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho, const std::optional<Numbers>& times,
                           const std::optional<std::vector<std::string>>& names, bool confirm) {
   const Numbers values = p.values(rho);
@@ -68,7 +75,9 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
   std::vector<double> data;
   std::vector<std::unique_ptr<Output>> outputs;
   Simulation r;
+  double rtol = 0;
   p.run([&](Problem& problem) {
+    rtol = problem.solver.rtol;
     at = times ? *times : app::TrajectoryRecorder(p.setup(), values, {}).times();
     require_times(at, problem.solver.t_start, problem.solver.t_end);
     const Mechanism& m = *problem.mechanism;
@@ -99,7 +108,7 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
     units[py::str(o->name())] = o->unit();
   }
   d["psi"] = r.psi;
-  d["psi_error"] = r.known_error ? py::object(py::float_(r.known_error->psi)) : py::none();
+  d["psi_error"] = error_of_psi(rtol, r.psi, r.known_error);
   d["t"] = array(t);
   d["names"] = words;
   d["units"] = units;
@@ -114,12 +123,15 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
 py::dict gradient_of(const PyProblem& p, const std::optional<Numbers>& rho, const std::string& method, bool estimate) {
   const Numbers values = p.values(rho);
   GradientResult r;
+  double rtol = 0;
   p.run([&](Problem& problem) {
+    rtol = problem.solver.rtol;
     r = gradient(problem, p.method(method), values);
     if (estimate) r.gradient_error = estimate_gradient_error(problem, p.method(method), values, r);
   });
   py::dict d;
   d["psi"] = r.psi;
+  d["psi_error"] = error_of_psi(rtol, r.psi, r.known_error);
   d["gradient"] = array(r.gradient);
   d["error"] = r.gradient_error.empty() ? py::object(py::none()) : py::object(array(r.gradient_error));
   d["counters"] = counters_of(r.counters);
@@ -311,7 +323,7 @@ PYBIND11_MODULE(_costate, m) {
       .def_readonly("title", &Scene::title)
       .def_property_readonly("file_name", &Scene::file_name)
       .def("dump", &Scene::dump)
-      .def("with_override", &Scene::with_override)
+      .def("with_overrides", &Scene::with_overrides)
       .def_property_readonly("coordinates", [](const Scene& s) { return s.mechanism()->coordinate_names(); })
       .def_property_readonly("outputs", [](const Scene& s) { return output_names(*s.mechanism()); })
       .def_property_readonly("numbers",

@@ -285,3 +285,36 @@ parameters = ["bar.B.length_m"]
     }
   }
 }
+
+// A mass of 2 kg is driven at 1 m/s, and at 2 m/s from 1 s on: 3 J are an impulse's, in no integral of the power.
+TEST_CASE("driver with kinks: a cost of the driver's power is told to be without the impulse's work") {
+  const Problem p = make_problem(Scene::parse(R"([point.P]
+x_m = 0
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 2
+[driver.x]
+coordinate = "P.x"
+law = { kind = "piecewise", breaks = [1.0], coefficients = [[0, 1], [-1, 2]] }
+[driver.y]
+coordinate = "P.y"
+law = 0
+[start]
+given = []
+[[cost.running]]
+kind = "value"
+output = "x.power"
+[run]
+t_end_s = 2
+parameters = ["mass.m.mass_kg"]
+)",
+                                              "kink.toml"));
+  take_notices();
+  gradient(p, "idas-adjoint", p.parameters.values());
+  bool said = false;
+  for (const std::string& s : take_notices())
+    said = said || (s.find("t = 1 s") != std::string::npos && s.find("'x.power'") != std::string::npos &&
+                    s.find("impulse") != std::string::npos);
+  CHECK(said);
+}

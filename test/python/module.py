@@ -85,6 +85,17 @@ class Scenes(unittest.TestCase):
         self.assertIn("P2.x", scene.coordinates)
         self.assertIn("S1.length", scene.outputs)
 
+    def test_set_changes_all_at_once(self):
+        # Numbers of one parameter agree behind both changes, not between them.
+        scene = costate.load(PENDULUM)
+        both = ["spring.strut.stiffness_N_per_m", "spring.strut.damping_N_s_per_m"]
+        first = {path: scene[path] for path in both}
+        tied = costate.parse(
+            scene.dump() + "\n[parameter.both]\nnumbers = %s\nfactors = %s\n"
+            % (str(both).replace("'", '"'), list(first.values())), PENDULUM)
+        other = tied.set({path: 1.1 * value for path, value in first.items()})
+        self.assertAlmostEqual(other[both[1]], 1.1 * first[both[1]])
+
     def test_errors_are_those_of_the_tool(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "s.toml")

@@ -86,11 +86,9 @@ class Scene:
         return self._inner.numbers[path]
 
     def set(self, values=None, **tables):
-        """The scene with values by path: scene.set({"bar.rod.mass_kg": 2, "run.rtol": 1e-9})."""
-        inner = self._inner
-        for path, value in {**(values or {}), **tables}.items():
-            inner = inner.with_override(path, _value(value))
-        return Scene(inner)
+        """The scene with values by path, all at once: scene.set({"bar.rod.mass_kg": 2, "run.rtol": 1e-9})."""
+        values = {**(values or {}), **tables}
+        return Scene(self._inner.with_overrides([(path, _value(value)) for path, value in values.items()]))
 
     def dump(self):
         """The scene as TOML."""
@@ -126,7 +124,7 @@ class _Record:
 
 class Run(_Record):
     """A simulation: t [s] (n), data (n x k) with a column for each of `names`, units, psi, psi_error (or
-    None: what is known of it), counters, events as (t, name), end (what ended it before its time, or None), warnings. run["P2.x"] is one column."""
+    None: what is known of it, where that is more than what rtol cannot hold), counters, events as (t, name), end (what ended it before its time, or None), warnings. run["P2.x"] is one column."""
 
     def __getitem__(self, name):
         try:
@@ -136,7 +134,7 @@ class Run(_Record):
 
 
 class Gradient(_Record):
-    """psi, gradient (p), error (p; estimated, or None), counters, events, warnings."""
+    """psi, psi_error (as of Run), gradient (p), error (p; estimated, or None), counters, events, warnings."""
 
 
 class Optimum(_Record):

@@ -110,6 +110,7 @@ class Constraint : public Element {
   virtual int rows() const = 0;
   /// "length", "x", ...: what row i keeps.
   virtual std::string row_name(int i) const = 0;
+  /// Whether phi changes with time by itself: of others neither phi_t nor phi_tt is asked for.
   virtual bool rheonomic() const { return false; }
   /// Appends the times at which phi_t jumps, for the element's numbers p.
   virtual void add_kinks(const double*, std::vector<double>&) const {}

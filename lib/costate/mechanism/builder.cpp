@@ -4,10 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <unordered_set>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/element_check.h"
 #include "costate/mechanism/parameter_bounds.h"
 #include "costate/mechanism/taken_number.h"
 
@@ -29,6 +31,7 @@ std::vector<int> MechanismBuilder::spatial_gravity_numbers() {
 }
 
 int MechanismBuilder::add_number(const std::string& path, double value, NumberRule rule) {
+  require_element(this);
   if (const char* wrong = violation(rule, value)) throw ModelError(path, fmt::format("{}, found {}.", wrong, value));
   const int index = static_cast<int>(m_->numbers_.size());
   if (!m_->number_index_.emplace(path, index).second) throw ModelError(path, "This number is defined twice.");
@@ -38,6 +41,7 @@ int MechanismBuilder::add_number(const std::string& path, double value, NumberRu
 
 int MechanismBuilder::add_coordinate(const std::string& name, const std::string& unit, int position_number,
                                      int velocity_number) {
+  require_element(this);
   const int index = m_->coordinate_count();
   if (!m_->coordinate_index_.emplace(name, index).second)
     throw ModelError("", fmt::format("Coordinate '{}' exists already; points, bodies and angles share one set of "
@@ -148,17 +152,30 @@ std::vector<std::string> MechanismBuilder::shared_part_names(const std::string& 
   return names;
 }
 
-void MechanismBuilder::add(std::unique_ptr<Body> body) { m_->bodies_.push_back(std::move(body)); }
+void MechanismBuilder::require_element(const void* element) const {
+  if (!m_) throw Error("This builder is done: build() has handed its mechanism out. Take another builder.");
+  if (!element) throw Error("An element is expected, found a null pointer.");
+}
+
+void MechanismBuilder::add(std::unique_ptr<Body> body) {
+  require_element(body.get());
+  check_element(*m_, *body);
+  m_->bodies_.push_back(std::move(body));
+}
 
 void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
+  require_element(c.get());
   if (c->coordinates().empty())
     throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
+  check_element(*m_, *c);
   m_->row_offsets_.push_back(m_->row_count_);
   m_->row_count_ += c->rows();
   m_->constraints_.push_back(std::move(c));
 }
 
 void MechanismBuilder::add(std::unique_ptr<Force> f) {
+  require_element(f.get());
+  check_element(*m_, *f);
   m_->state_offsets_.push_back(m_->state_count_);
   m_->state_count_ += f->states();
   m_->forces_.push_back(std::move(f));
@@ -211,10 +228,24 @@ void MechanismBuilder::give_velocity(const std::string& name) {
 
 void MechanismBuilder::add_parameter(Parameter p) {
   const std::string subject = "parameter." + p.name;
+  require_element(this);
   if (shared_parts_.count(subject) > 0) throw ModelError(subject, "This parameter exists already.");
   if (p.bindings.empty()) throw ModelError(subject, "A parameter must name at least one number.");
   if (!(p.scale > 0)) throw ModelError(subject, fmt::format("The scale must be positive, found {}.", p.scale));
+  for (const auto& [number, f] : p.bindings) {
+    if (number < 0 || static_cast<std::size_t>(number) >= m_->numbers_.size())
+      throw ModelError(
+          subject, fmt::format("There is no number of index {}; the mechanism has {}.", number, m_->numbers_.size()));
+    if (std::count_if(p.bindings.begin(), p.bindings.end(), [n = number](const auto& b) { return b.first == n; }) > 1)
+      throw ModelError(subject, fmt::format("'{}' is listed twice: a number has one factor.",
+                                            m_->numbers_[static_cast<std::size_t>(number)].path));
+  }
   const auto& [first, factor] = p.bindings.front();
+  const double own = m_->numbers_[first].value / factor;
+  if (p.value != 0 && !(std::abs(p.value - own) <= 1e-12 * (std::abs(p.value) + std::abs(own))))
+    throw ModelError(subject, fmt::format("Its value is that of its number, '{}' = {} with factor {}, so {}: found {}. "
+                                          "Leave it out.",
+                                          m_->numbers_[first].path, m_->numbers_[first].value, factor, own, p.value));
   p.value = rounded_to_bounds(p, m_->numbers_[first].value / factor);
   for (const auto& [number, f] : p.bindings) {
     if (f == 0) throw ModelError(subject, "A factor must not be zero.");
@@ -260,6 +291,7 @@ void MechanismBuilder::hold_or_balance_states() {
 }
 
 std::shared_ptr<const Mechanism> MechanismBuilder::build() {
+  require_element(this);
   Mechanism& m = *m_;
   if (m.coordinates_.empty()) throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
   // Nothing is given: points and bodies that no constraint touches start as they are.

@@ -103,10 +103,13 @@ class MechanismBuilder {
   void add_parameter(Parameter parameter);
   void set_default_parameters(std::vector<std::string> names);
 
-  /// Checks what only the whole can tell and hands out the mechanism; the builder is empty afterwards.
+  /// Checks what only the whole can tell and hands out the mechanism; the builder is done then, and what is asked of it
+  /// later ends with an Error.
   std::shared_ptr<const Mechanism> build();
 
  private:
+  /// Throws Error for null, and behind build().
+  void require_element(const void* element) const;
   std::unique_ptr<Mechanism> m_;
   std::vector<int> gravity_;
   double gravity_z_ = 0;

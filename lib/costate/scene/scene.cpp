@@ -157,8 +157,13 @@ SceneError Scene::located(const ModelError& e) const {
 }
 
 Scene Scene::with_override(const std::string& path, const std::string& value) const {
+  return with_overrides({{path, value}});
+}
+
+Scene Scene::with_overrides(const std::vector<std::pair<std::string, std::string>>& values) const {
   auto root = std::make_shared<SceneNode>(*root_);
-  set_node(*root, path, read_toml_value(value, fmt::format("override '{}={}'", path, value)));
+  for (const auto& [path, value] : values)
+    set_node(*root, path, read_toml_value(value, fmt::format("override '{}={}'", path, value)));
   return read(root, file_name_);
 }
 

@@ -152,8 +152,8 @@ Simulation simulate_by(const std::string& integrator, const Problem& problem, co
 
 Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
                     const SampleSink& sink) {
-  const std::string integrator = integrator_of(problem);
   problem.check_values(rho);
+  const std::string integrator = integrator_of(problem);
   return with_cost_told(problem, rho, [&] { return simulate_by(integrator, problem, rho, times, sink); });
 }
 

@@ -59,6 +59,11 @@ std::vector<std::pair<std::string, long*>> counter_fields(Counters& counters) {
 }
 
 void Problem::check_values(const std::vector<double>& rho) const {
+  if (!mechanism) throw Error("The problem has no mechanism.");
+  for (const auto* terms : {&objective.running, &objective.terminal})
+    for (const auto& term : *terms)
+      if (!term) throw Error("A term of the cost is a null pointer.");
+  solver.check();
   const std::size_t expected = parameters.parameters.size();
   if (rho.size() != expected)
     throw Error(
@@ -72,6 +77,22 @@ void Problem::check_values(const std::vector<double>& rho) const {
   std::vector<double> numbers = mechanism->base_numbers();
   parameters.apply(rho.data(), numbers);
   require_joined_drivers(*mechanism, numbers, solver.t_start, solver.t_end);
+}
+
+void SolverOptions::check() const {
+  const auto require = [](bool holds, const char* name, const char* expected, double found) {
+    if (!holds) throw Error(fmt::format("SolverOptions::{}: {} is expected, found {}.", name, expected, found));
+  };
+  require(std::isfinite(t_start), "t_start", "a time", t_start);
+  require(std::isfinite(t_end) && t_end >= t_start, "t_end", "a time that is not before t_start", t_end);
+  require(rtol > 0 && std::isfinite(rtol), "rtol", "a number above 0", rtol);
+  for (const auto& [name, value] : {std::pair("atol", atol),
+                                    {"cost_atol", cost_atol},
+                                    {"max_step_s", max_step_s},
+                                    {"step_s", step_s},
+                                    {"memory_budget_MB", memory_budget_MB},
+                                    {"checkpoint_steps", static_cast<double>(checkpoint_steps)}})
+    require(value >= 0 && std::isfinite(value), name, "a number that is not negative", value);
 }
 
 Objective Problem::followed_objective() const {

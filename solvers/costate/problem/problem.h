@@ -43,6 +43,8 @@ struct SolverOptions {
   // sensitivity/integrator_gradient.h.
   bool resolve = true;
 
+  /// Throws Error for numbers that are none, or out of range.
+  void check() const;
   double absolute() const { return atol > 0 ? atol : rtol; }
   /// Another relative tolerance, the absolute one in proportion.
   void set_rtol(double to) {
@@ -95,7 +97,7 @@ struct Problem {
   std::shared_ptr<const CycleSettings> cycle;  // psi is that of a cycle from there to there (cycle/); or null
   Monitor monitor;                             // or empty
 
-  /// Throws Error unless there is one finite value a parameter.
+  /// Throws Error unless there is one finite value a parameter, a mechanism, and options that can be.
   void check_values(const std::vector<double>& rho) const;
   /// Throw CapabilityError when the formulation has no such form.
   std::unique_ptr<DaeSystem> make_dae() const;

@@ -24,14 +24,26 @@ using costate::test::with_words;
 
 namespace {
 
-const std::vector<MethodWay> impact_ways = {
-    {"index1", "idas-adjoint"},     {"index1", "idas-forward"},         {"index1", "cvodes-adjoint"},
-    {"index1", "cvodes-forward"},   {"baumgarte", "idas-adjoint"},      {"baumgarte", "cvodes-forward"},
-    {"penalty", "idas-forward"},    {"penalty", "cvodes-adjoint"},      {"augmented-lagrangian", "cvodes-forward"},
-    {"index2", "idas-adjoint"},     {"index1", "hand-adjoint"},         {"index2", "hand-adjoint"},
-    {"index1", "discrete-tangent"}, {"baumgarte", "discrete-adjoint"},  {"maggi", "cvodes-adjoint"},
-    {"maggi", "hand-tangent"},      {"maggi-implicit", "idas-forward"}, {"maggi-implicit", "hand-adjoint"},
-    {"maggi", "discrete-adjoint"},  {"maggi-second-order", "hand-adjoint"}};
+const std::vector<MethodWay> impact_ways = {{"index1", "idas-adjoint"},
+                                            {"index1", "idas-forward"},
+                                            {"index1", "cvodes-adjoint"},
+                                            {"index1", "cvodes-forward"},
+                                            {"baumgarte", "idas-adjoint"},
+                                            {"baumgarte", "cvodes-forward"},
+                                            {"penalty", "idas-forward"},
+                                            {"penalty", "cvodes-adjoint"},
+                                            {"augmented-lagrangian", "cvodes-forward"},
+                                            {"index2", "idas-adjoint"},
+                                            {"index1", "hand-adjoint"},
+                                            {"index2", "hand-adjoint"},
+                                            {"index1", "discrete-tangent"},
+                                            {"baumgarte", "discrete-adjoint"},
+                                            {"maggi", "cvodes-adjoint"},
+                                            {"maggi", "hand-tangent"},
+                                            {"maggi-implicit", "idas-forward"},
+                                            {"maggi-implicit", "hand-adjoint"},
+                                            {"maggi", "discrete-adjoint"},
+                                            {"maggi-second-order", "hand-adjoint"}};
 
 // A body that spins strikes a slope with one of its points.
 const char* tumbling = R"(

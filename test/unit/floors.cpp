@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 // From the ground up, as lib/README.md and solvers/README.md list them.
 const std::vector<std::string> kLibrary{"base",      "derivative", "linear", "element", "mechanism", "assembly",
-                                        "objective", "analysis",   "event",  "level",   "adjoint",   "formulation",
+                                        "objective", "analysis",   "level",  "event",   "adjoint",   "formulation",
                                         "candidate", "discrete",   "scene",  "kind"};
 const std::vector<std::string> kSolvers{"record",      "sundials", "problem",   "integrator", "hessian", "cycle",
                                         "sensitivity", "fit",      "candidate", "optimize",   "tradeoff"};

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "costate/level/impulse_balance.h"
 #include "costate/event/impulse_terms.h"
 #include "costate/event/motion_events.h"
+#include "costate/level/impulse_balance.h"
 
 namespace costate {
 

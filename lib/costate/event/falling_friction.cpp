@@ -24,8 +24,9 @@ bool MotionEvents::friction_falls(const GuardOf& g) const {
          number(own, own.contact->sticking_number()) > number(own, own.contact->friction_number());
 }
 
-StateView MotionEvents::with_reactions(const GuardOf& g, StateView s) {
-  if (s.lambda || !friction_falls(g)) return s;
+// What is between an integrator's steps of multipliers is interpolated, and no error test has seen it.
+StateView MotionEvents::with_own_reactions(const GuardOf& g, StateView s) {
+  if (!friction_falls(g)) return s;
   if (!reactions_) reactions_ = std::make_unique<ReactionSlope>(assembly_);
   s.lambda = reactions_->multipliers(s, assembly_.rho());
   return s;

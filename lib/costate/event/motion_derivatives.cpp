@@ -198,7 +198,7 @@ void require_own_instant(const Force& force, const std::string& event, double t,
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
   const int n = assembly_.n(), nz = assembly_.nz(), np = assembly_.np();
   const auto width = static_cast<std::size_t>(2 * n + nz);
-  load(g, with_reactions(g, before));
+  load(g, before);
   require_own_instant(*g.force, g.name, before.t, p_);
   h_x_.assign(width, 0);
   h_rho_.assign(static_cast<std::size_t>(np), 0);
@@ -271,7 +271,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
     std::fill(dcost, dcost + count, 0.0);
     return;
   }
-  linearize(g, before, minus, true);
+  linearize(g, with_own_reactions(g, before), minus, true);
   if (by_multipliers(g)) add_reactions(g, before);
   std::vector<double> own(D_x_.size());
   std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
@@ -328,7 +328,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
   refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) return;
-  linearize(g, before, minus, np > 0);
+  linearize(g, with_own_reactions(g, before), minus, np > 0);
   if (by_multipliers(g)) add_reactions(g, before);
   double sigma = minus.cost - plus.cost;
   if (has_impulse(event)) {

@@ -323,8 +323,8 @@ class MotionEvents {
   // In event/falling_friction.cpp.
   /// Whether friction falls as sliding begins, as the coefficient of sticking is the larger one.
   bool friction_falls(const GuardOf& g) const;
-  /// `s`, with multipliers of its own where such a guard needs them and it has none.
-  StateView with_reactions(const GuardOf& g, StateView s);
+  /// `s`, with the multipliers that belong to it where such a guard needs them.
+  StateView with_own_reactions(const GuardOf& g, StateView s);
   /// Throws CapabilityError where such a contact, behind its slip, is held by others.
   void require_falling(int event, const StateView& before, const StateView& behind);
   /// The guard's derivatives by the multipliers of a contact (m), at what load() has loaded.

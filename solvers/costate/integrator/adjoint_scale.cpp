@@ -11,6 +11,8 @@ namespace {
 // that of the largest.
 constexpr long kSampled = 8;
 constexpr double kAnother = 4, kSmall = 1e-2;
+// Positions that are less are rounding, and no measure of anything.
+constexpr double kLeastPosition = 1e-6;
 }  // namespace
 
 bool AdjointScale::is_due(double t, double g) {
@@ -58,7 +60,7 @@ void AdjointScale::add_segment(const AdjointScale& other, double span) {
 AdjointSize AdjointScale::size() const {
   // Without a scale of time nothing is known of velocities; a slow motion's are not given more room than the rest.
   return {integral_, velocity_ > position_ && position_ > 0 ? position_ / velocity_ : 1,
-          position_ > 0 ? value_ / position_ : 0};
+          position_ > 0 ? value_ / std::max(position_, kLeastPosition) : 0};
 }
 
 AdjointSize AdjointScale::with_terminal(double cost, const double* y, const std::vector<Unknown>& unknowns) const {
@@ -66,7 +68,7 @@ AdjointSize AdjointScale::with_terminal(double cost, const double* y, const std:
   double position = position_;
   for (std::size_t i = 0; i < unknowns.size(); ++i)
     if (unknowns[i].role == Unknown::Role::position) position = std::max(position, std::abs(y[i]));
-  s.value = position > 0 ? (value_ + std::abs(cost)) / position : 0;
+  s.value = position > 0 ? (value_ + std::abs(cost)) / std::max(position, kLeastPosition) : 0;
   return s;
 }
 
@@ -127,7 +129,7 @@ void set_gradient_tolerances(const System& system, const double* y, double adjoi
   for (int i = 0; i < system.size(); ++i)
     if (system.unknowns()[i].role == Unknown::Role::position) size = std::max(size, std::abs(y[i]));
   for (int j = 0; j < system.parameter_count(); ++j)
-    atol[j] = rtol * adjoint_size * std::max(size, 1e-6) / system.parameters().parameters[j].scale;
+    atol[j] = rtol * adjoint_size * std::max(size, kLeastPosition) / system.parameters().parameters[j].scale;
 }
 
 }  // namespace costate

@@ -276,3 +276,36 @@ output = "P.y"
   const double h = 1e-4, right = (8 * (slope(h) - slope(-h)) - (slope(2 * h) - slope(-2 * h))) / (12 * h);
   CHECK(std::abs(found / right - 1) <= 2e-5);
 }
+
+// A cost that counts within the contact alone: its second derivatives there are 1,700 times what is left, so that rates
+// beside the release have to be told apart, those of the force and those of the cost (1.5e-2 off before). By
+// Richardson's differences of gradients of another formulation at 1e-12; scipy's integral of the contact has
+// -0.00131784.
+TEST_CASE("hessian steep: a cost of penetration behind the release") {
+  const std::string scene = R"([gravity]
+y_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0.3
+[mass.P]
+point = "P"
+mass_kg = 1.5
+[contact.floor]
+point = "P"
+law = "hunt-crossley"
+stiffness_N_per_m_n = 1e6
+restitution = 0.7
+[start]
+given = ["P.x", "P.y"]
+[run]
+t_end_s = 0.4
+rtol = 1e-10
+parameters = ["point.P.y_m"]
+[[cost.running]]
+kind = "square"
+output = "floor.penetration"
+weight = 1000
+)";
+  const Problem p = steep_problem(scene);
+  CHECK(std::abs(hessian(p, p.parameters.values()).matrix(0, 0) / -0.00131781238 - 1) <= 2e-4);
+}

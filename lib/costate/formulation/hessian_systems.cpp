@@ -14,7 +14,8 @@ namespace {
 
 // Of the clock beside what is steep: 1e-6 of the layer, whose part of the integral, down to 1e-3 of it, is then right
 // to as much; the depth has seven digits there.
-constexpr double kNearest = 0.0316;
+// From this power on what is steep is not told from the rest.
+constexpr double kNearest = 0.0316, kAlikePowers = 2.95;
 
 [[noreturn]] void no_sensitivities() {
   throw CapabilityError("The passes of a Hessian have no sensitivities of their own; ask for the Hessian instead.");
@@ -167,19 +168,24 @@ double HessianAdjoint::from_steep(double clock) const {
 }
 
 double HessianAdjoint::left_at(double clock) const {
-  if (steep_ == Steep::nowhere) return clock;
-  const double x = std::max(kNearest, from_steep(clock)), way = (end_ - begin_) * x * x * x * x;
+  return steep_ == Steep::nowhere ? clock : left_from(std::max(kNearest, from_steep(clock)));
+}
+
+double HessianAdjoint::left_from(double x) const {
+  const double way = (end_ - begin_) * x * x * x * x;
   return steep_ == Steep::at_begin ? begin_ + way : end_ - way;
 }
 
 double HessianAdjoint::clock_rate(double clock) const {
   if (steep_ == Steep::nowhere) return 1;
-  const double near = from_steep(clock), x = std::max(kNearest, near), rate = 4 * x * x * x;
-  return near < kNearest ? rate * std::pow(near / kNearest, power_) : rate;
+  const double x = std::max(kNearest, from_steep(clock));
+  return 4 * x * x * x;
 }
 
-double HessianAdjoint::at(double tau) {
-  const double t = std::clamp(t_end_ - left_at(tau), from_, to_);
+double HessianAdjoint::at(double tau) { return at_time(t_end_ - left_at(tau)); }
+
+double HessianAdjoint::at_time(double time) {
+  const double t = std::clamp(time, from_, to_);
   motion_(t, point_.data());
   return t;
 }
@@ -190,13 +196,30 @@ MechanismState HessianAdjoint::mechanism_state(double tau, const double*) {
 }
 
 void HessianAdjoint::rhs(double tau, const double* y, double* f) {
+  const double near = steep_ == Steep::nowhere ? kNearest : from_steep(tau);
+  rates(t_end_ - left_at(tau), clock_rate(tau), y, f);
+  if (!(near < kNearest)) return;
+  const double u = near / kNearest, cube = u * u * u, eight = 8, steep = std::pow(2, power_);
+  if (power_ > kAlikePowers) {
+    for (int i = 0; i < size(); ++i) f[i] *= cube;
+    return;
+  }
+  further_.resize(static_cast<std::size_t>(size()));
+  rates(t_end_ - left_from(2 * kNearest), eight * clock_rate(tau), y, further_.data());
+  for (int i = 0; i < size(); ++i) {
+    const double a = (eight * f[i] - further_[static_cast<std::size_t>(i)]) / (eight - steep);
+    f[i] = a * std::pow(u, power_) + (f[i] - a) * cube;
+  }
+}
+
+void HessianAdjoint::rates(double time, double clock, const double* y, double* f) {
   const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
-  const double t = at(tau);
+  const double t = at_time(time);
   equations_.evaluate(t, point_.data(), point_.data() + N);
   for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
   double *r = rates_.data(), *q = r + all;
   equations_.adjoint(unscaled_.data(), unscaled_.data() + N, r, r + N, q, q + np);
-  const double rate = clock_rate(tau) / scale_;
+  const double rate = clock / scale_;
   for (int i = 0; i < all; ++i) f[i] = -r[i] * rate;
   for (int k = 0; k < columns_; ++k)
     for (int j = 0; j < np; ++j)

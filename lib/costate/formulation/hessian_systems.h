@@ -106,8 +106,8 @@ class HessianAdjoint final : public HessianPass {
   /// Between these times the integrator's clock runs so that t - begin, or end - t, is as the fourth power of the
   /// clock's: rates that grow without bound towards that end, slower than t^(-3/4), vanish there. Second derivatives of
   /// a contact's d^n, 5/4 < n < 2, do so where it closes and opens.
-  /// With x that clock from there on, of length 1, the rates are as x^(4 n - 5); so near that the depth is rounding,
-  /// x < x0 (kNearest), they are those at x0 times (x/x0)^(4 n - 5).
+  /// With x that clock from there on, of length 1, the rates are as a x^(4 n - 5) + b x^3; so near that the depth is
+  /// rounding, x < x0 (kNearest), they are so with a and b from those at x0 and 2 x0.
   enum class Steep { nowhere, at_begin, at_end };
   void run_clock(double begin, double end, Steep steep, double exponent) {
     begin_ = begin;
@@ -128,10 +128,14 @@ class HessianAdjoint final : public HessianPass {
  private:
   /// The motion's time, and the motion there in point_.
   double at(double tau);
+  double at_time(double t);
+  /// The rates of y at this time of the motion, times that of the clock.
+  void rates(double t, double clock, const double* y, double* f);
   /// How far the integrator's clock is from the steep end, 0 to 1.
   double from_steep(double clock) const;
   /// The time that is left by the integrator's clock, and its rate.
   double left_at(double clock) const;
+  double left_from(double x) const;
   double clock_rate(double clock) const;
 
   Motion motion_;
@@ -140,7 +144,7 @@ class HessianAdjoint final : public HessianPass {
   Steep steep_ = Steep::nowhere;
   double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
   Eigen::VectorXd start_weights_;  // or none
-  std::vector<double> parameter_scale_, point_, unscaled_, rates_;
+  std::vector<double> parameter_scale_, point_, unscaled_, rates_, further_;
 };
 
 }  // namespace costate

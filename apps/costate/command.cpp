@@ -86,10 +86,9 @@ Scene load_scene(const CommonOptions& options) {
     if (equals == std::string::npos || equals == 0)
       throw Error(fmt::format("--set needs PATH=VALUE, found '{}'. Example: --set run.t_end_s=2.", o));
   }
-  Scene scene = options.ready ? *options.ready : Scene::load(options.scene, options.overrides);
-  if (options.ready)
-    for (const auto& o : options.overrides)
-      scene = scene.with_override(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
+  std::vector<std::pair<std::string, std::string>> values;
+  for (const auto& o : options.overrides) values.emplace_back(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
+  Scene scene = options.ready ? options.ready->with_overrides(values) : Scene::load(options.scene, options.overrides);
   if (options.case_name.empty()) return scene;
   try {
     return scene_of_case(scene, options.case_name, options.parameters, options.overrides);

@@ -91,9 +91,9 @@ class HessianEquations {
     double near_before = 0, near_after = 0;
     std::vector<double> state_before = {}, state_after = {};
     bool rigid = false, bends = false;  // of a rigid contact; and of one that lets go or begins to slide: (13.17)
-    // Where a force begins as d^n, 1 < n < 2: what depends on its slopes is as t^(n-1), t from the event on, and its
-    // limit (ratio x(near) - x(further))/(ratio - 1); ratio: (further/near)^(n-1), or 0.
-    double further_before = 0, further_after = 0, ratio = 0;
+    // Where a force begins as d^n, 1 < n < 2 (else `exponent` is 2): what depends on its slopes is as t^(n-1), t from
+    // the event on, and its limit (ratio x(near) - x(further))/(ratio - 1); ratio: (further/near)^(n-1), or 0.
+    double exponent = 2, further_before = 0, further_after = 0, ratio = 0;
     std::vector<double> state_further_before = {}, state_further_after = {};
   };
   /// Whose derivatives are taken, with an assembly of their own.

@@ -135,8 +135,7 @@ HessianEquations::Flow HessianEquations::flow_beside(const Event& e, bool after,
   Flow near = after ? at(e.near_after, e.state_after) : at(e.near_before, e.state_before);
   if (!(e.ratio > 0)) return near;
   const auto limit = [&](auto& x, const auto& far) { x = (e.ratio * x - far) / (e.ratio - 1); };
-  for (VectorXd Flow::*part : {&Flow::f, &Flow::f_rate, &Flow::mup, &Flow::rho})
-    if ((near.*part).size() > 0) near.*part = VectorXd((e.ratio * (near.*part) - further.*part) / (e.ratio - 1));
+  for (VectorXd Flow::*part : {&Flow::f, &Flow::f_rate, &Flow::mup, &Flow::rho}) limit(near.*part, further.*part);
   limit(near.cost, further.cost);
   limit(near.cost_rate, further.cost_rate);
   return near;
@@ -164,7 +163,10 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   const double h_rate = h.t + h.x.dot(minus.f),
                kappa = (behind.dot(plus.f) + plus.cost - G.t - G.x.dot(minus.f) - minus.cost) / h_rate;
   const VectorXd before = G.x + kappa * h.x;
-  minus = flow_beside(e, false, &before);
+  if (e.ratio > 0)
+    minus = flow_beside(e, false, &before);
+  else
+    add_adjoint(before, minus);
   Map<VectorXd>(mu, N) = before;
   Map<VectorXd>(gradient, np) += G.rho + kappa * h.rho;
 

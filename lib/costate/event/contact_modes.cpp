@@ -334,9 +334,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
                            ? " Where several hold one body who bears how much of its weight and of the friction is "
                              "not determined, and its motion may not be."
                            : "";
-  const auto falls = [&](const ContactOf& c) {
-    return number(c, c.contact->sticking_number()) > number(c, c.contact->friction_number());
-  };
+  const auto falls = [&](const ContactOf& c) { return friction_falls(c); };
   const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
     write(ways, slip);
     StateView at = s;

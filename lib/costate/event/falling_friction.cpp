@@ -20,16 +20,7 @@ constexpr double kHeld = 1e-9;
 bool MotionEvents::friction_falls(const GuardOf& g) const {
   if (!by_multipliers(g)) return false;
   const ContactOf& own = contacts_[static_cast<std::size_t>(g.contact)];
-  return own.contact->guard_kind(g.k) != UnilateralForce::Guard::release &&
-         number(own, own.contact->sticking_number()) > number(own, own.contact->friction_number());
-}
-
-// What is between an integrator's steps of multipliers is interpolated, and no error test has seen it.
-StateView MotionEvents::with_own_reactions(const GuardOf& g, StateView s) {
-  if (!friction_falls(g)) return s;
-  if (!reactions_) reactions_ = std::make_unique<ReactionSlope>(assembly_);
-  s.lambda = reactions_->multipliers(s, assembly_.rho());
-  return s;
+  return own.contact->guard_kind(g.k) != UnilateralForce::Guard::release && friction_falls(own);
 }
 
 void MotionEvents::require_falling(int event, const StateView& before, const StateView& behind) {
@@ -57,9 +48,15 @@ Eigen::VectorXd MotionEvents::by_multipliers_of(const GuardOf& g) {
   return h;
 }
 
-void MotionEvents::add_reactions(const GuardOf& g, const StateView& before) {
+void MotionEvents::linearize_with_reactions(const GuardOf& g, const StateView& before, const Side& minus,
+                                            bool columns) {
+  if (!friction_falls(g)) return linearize(g, before, minus, columns);
   if (!reactions_) reactions_ = std::make_unique<ReactionSlope>(assembly_);
-  const ReactionSlope::Slope slope = reactions_->calc(before, by_multipliers_of(g), assembly_.rho());
+  // What is between an integrator's steps of multipliers is interpolated, and no error test has seen it.
+  StateView own = before;
+  own.lambda = reactions_->solve(before, assembly_.rho());
+  linearize(g, own, minus, columns);
+  const ReactionSlope::Slope slope = reactions_->slope(by_multipliers_of(g));
   for (std::size_t i = 0; i < h_x_.size(); ++i) h_x_[i] += slope.x[static_cast<Eigen::Index>(i)];
   for (std::size_t j = 0; j < h_rho_.size(); ++j) h_rho_[j] += slope.rho[static_cast<Eigen::Index>(j)];
   hdot_ += slope.rate;

@@ -271,8 +271,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
     std::fill(dcost, dcost + count, 0.0);
     return;
   }
-  linearize(g, with_own_reactions(g, before), minus, true);
-  if (by_multipliers(g)) add_reactions(g, before);
+  linearize_with_reactions(g, before, minus, true);
   std::vector<double> own(D_x_.size());
   std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
   if (impact) linearize_impact(event, before, true);
@@ -328,8 +327,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
   refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) return;
-  linearize(g, with_own_reactions(g, before), minus, np > 0);
-  if (by_multipliers(g)) add_reactions(g, before);
+  linearize_with_reactions(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;
   if (has_impulse(event)) {
     linearize_impact(event, before, false);

@@ -321,16 +321,19 @@ class MotionEvents {
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   // In event/falling_friction.cpp.
-  /// Whether friction falls as sliding begins, as the coefficient of sticking is the larger one.
+  /// Whether friction falls as sliding begins, as the coefficient of sticking is the larger one: of a contact, and
+  /// whether that is what the guard is about.
+  bool friction_falls(const ContactOf& c) const {
+    return number(c, c.contact->sticking_number()) > number(c, c.contact->friction_number());
+  }
   bool friction_falls(const GuardOf& g) const;
-  /// `s`, with the multipliers that belong to it where such a guard needs them.
-  StateView with_own_reactions(const GuardOf& g, StateView s);
   /// Throws CapabilityError where such a contact, behind its slip, is held by others.
   void require_falling(int event, const StateView& before, const StateView& behind);
   /// The guard's derivatives by the multipliers of a contact (m), at what load() has loaded.
   Eigen::VectorXd by_multipliers_of(const GuardOf& g);
-  /// linearize() of a guard of multipliers: h_x_, h_rho_ and hdot_ gain what these depend on.
-  void add_reactions(const GuardOf& g, const StateView& before);
+  /// linearize() where such a guard has the multipliers that belong to the state, and h_x_, h_rho_ and hdot_ what these
+  /// depend on.
+  void linearize_with_reactions(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
   // In event/motion_derivatives.cpp.
   /// The derivatives of u at the impact; what follows from them, as Impact has it.
   void linearize_impact(int event, const StateView& before, bool columns);

@@ -1,6 +1,5 @@
 #include "costate/event/reaction_slope.h"
 
-#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/level/acceleration_rates.h"
 #include "costate/level/penalty_weight.h"
@@ -11,9 +10,9 @@ ReactionSlope::ReactionSlope(const Assembly& assembly)
     : assembly_(assembly.mechanism_ptr(), assembly.parameters()),
       level_(std::make_unique<AccelerationLevel>(assembly_, Stabilization{})) {}
 
-ReactionSlope::~ReactionSlope() = default;
-
-void ReactionSlope::solve(StateView s) {
+const double* ReactionSlope::solve(StateView s, const std::vector<double>& rho) {
+  assembly_.set_parameters(rho.data());
+  level_->forget_history();
   s.a = s.lambda = nullptr;
   try {
     level_->solve(s);
@@ -23,24 +22,12 @@ void ReactionSlope::solve(StateView s) {
     level_->solve(s);
   }
   level_->linearize();
-}
-
-const double* ReactionSlope::multipliers(const StateView& s, const std::vector<double>& rho) {
-  assembly_.set_parameters(rho.data());
-  level_->forget_history();
-  solve(s);
   return level_->lambda();
 }
 
-ReactionSlope::Slope ReactionSlope::calc(const StateView& s, const Eigen::VectorXd& weights,
-                                         const std::vector<double>& rho) {
+ReactionSlope::Slope ReactionSlope::slope(const Eigen::VectorXd& weights) {
   const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
-  multipliers(s, rho);
   Slope slope;
-  const Eigen::VectorXd rates = acceleration_rates(assembly_, *level_).tail(m);
-  slope.rate = weights.dot(rates);
-  slope.terms = weights.cwiseAbs().dot(rates.cwiseAbs());
-  solve(s);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(n + m);
   y.tail(m) = weights;
   level_->solve_kkt_transposed(y.data());
@@ -49,9 +36,11 @@ ReactionSlope::Slope ReactionSlope::calc(const StateView& s, const Eigen::Vector
   const std::vector<double> none(static_cast<std::size_t>(nz), 0.0);
   level_->add_transposed(-1, y.data(), y.data() + n, none.data(), slope.x.data(), slope.x.data() + n,
                          slope.x.data() + 2 * n);
-  const StateView solved = level_->state();
-  assembly_.add_parameter_gradient(solved, level_->stabilization().weights(y.data(), y.data() + n, none.data()), -1,
-                                   slope.rho.data());
+  assembly_.add_parameter_gradient(
+      level_->state(), level_->stabilization().weights(y.data(), y.data() + n, none.data()), -1, slope.rho.data());
+  const Eigen::VectorXd rates = acceleration_rates(assembly_, *level_).tail(m);
+  slope.rate = weights.dot(rates);
+  slope.terms = weights.cwiseAbs().dot(rates.cwiseAbs());
   return slope;
 }
 

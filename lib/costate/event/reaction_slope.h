@@ -17,19 +17,17 @@ class ReactionSlope {
  public:
   /// For the mechanism and the parameters of this assembly.
   explicit ReactionSlope(const Assembly& assembly);
-  ~ReactionSlope();
 
   struct Slope {
     Eigen::VectorXd x, rho;      // by (q, v, z) and by the parameters
     double rate = 0, terms = 0;  // w^T lambda', and |w|^T |lambda'|
   };
   /// lambda (m) at (t, q, v, z) and the numbers of `rho`; valid until the next call.
-  const double* multipliers(const StateView& s, const std::vector<double>& rho);
-  /// Of weights w (m) at (t, q, v, z) and the numbers of `rho`.
-  Slope calc(const StateView& s, const Eigen::VectorXd& weights, const std::vector<double>& rho);
+  const double* solve(StateView s, const std::vector<double>& rho);
+  /// Of weights w (m), once, where solve() was last.
+  Slope slope(const Eigen::VectorXd& weights);
 
  private:
-  void solve(StateView s);
   Assembly assembly_;
   std::unique_ptr<AccelerationLevel> level_;
 };

@@ -199,15 +199,15 @@ void HessianAdjoint::rhs(double tau, const double* y, double* f) {
   const double near = steep_ == Steep::nowhere ? kNearest : from_steep(tau);
   rates(t_end_ - left_at(tau), clock_rate(tau), y, f);
   if (!(near < kNearest)) return;
-  const double u = near / kNearest, cube = u * u * u, eight = 8, steep = std::pow(2, power_);
+  const double u = near / kNearest, cube = u * u * u, steep = std::pow(2, power_);
   if (power_ > kAlikePowers) {
     for (int i = 0; i < size(); ++i) f[i] *= cube;
     return;
   }
   further_.resize(static_cast<std::size_t>(size()));
-  rates(t_end_ - left_from(2 * kNearest), eight * clock_rate(tau), y, further_.data());
+  rates(t_end_ - left_from(2 * kNearest), 8 * clock_rate(tau), y, further_.data());
   for (int i = 0; i < size(); ++i) {
-    const double a = (eight * f[i] - further_[static_cast<std::size_t>(i)]) / (eight - steep);
+    const double a = (8 * f[i] - further_[static_cast<std::size_t>(i)]) / (8 - steep);
     f[i] = a * std::pow(u, power_) + (f[i] - a) * cube;
   }
 }

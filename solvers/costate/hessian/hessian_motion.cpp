@@ -150,25 +150,21 @@ void look_beside(const Trajectory& motion, const HessianEquations& equations,
     const double least = kSpacings * std::numeric_limits<double>::epsilon() * std::abs(e.t),
                  begin = i == 0 ? motion.t_begin() : motion.step_end(i - 1),
                  end = motion.step_end(std::min(i + kStepsBehind, motion.steps() - 1));
-    const double near = begins_steeply(e, n) ? 0 : kNear;
-    e.near_before = e.t - std::max(least, near * (e.t - begin));
-    e.near_after = e.behind + std::max(least, near * (end - e.t));
-    e.state_before = e.state_after = e.before;
-    motion.evaluate(e.near_before, e.state_before.data());
-    motion.evaluate(e.near_after, e.state_after.data());
-    const double exponent =
-        begins_steeply(e, n) ? steep.exponent_between(e.before.data() + 2 * n, e.after.data() + 2 * n) : 2;
-    if (!(exponent < 2)) continue;
-    e.near_before = e.t - kDepths * least;
-    e.near_after = e.behind + kDepths * least;
-    motion.evaluate(e.near_before, e.state_before.data());
-    motion.evaluate(e.near_after, e.state_after.data());
-    e.further_before = e.t - kFurther * kDepths * least;
-    e.further_after = e.behind + kFurther * kDepths * least;
-    e.state_further_before = e.state_further_after = e.before;
-    motion.evaluate(e.further_before, e.state_further_before.data());
-    motion.evaluate(e.further_after, e.state_further_after.data());
-    e.ratio = std::pow(kFurther, exponent - 1);
+    const bool gives = begins_steeply(e, n);
+    if (gives) e.exponent = steep.exponent_between(e.before.data() + 2 * n, e.after.data() + 2 * n);
+    const bool limits = e.exponent < 2;
+    const double near = gives ? 0 : kNear, spacings = limits ? kDepths * least : least;
+    const auto evaluate = [&](double t, std::vector<double>& state) {
+      state = e.before;  // of its size
+      motion.evaluate(t, state.data());
+      return t;
+    };
+    e.near_before = evaluate(e.t - std::max(spacings, near * (e.t - begin)), e.state_before);
+    e.near_after = evaluate(e.behind + std::max(spacings, near * (end - e.t)), e.state_after);
+    if (!limits) continue;
+    e.further_before = evaluate(e.t - kFurther * spacings, e.state_further_before);
+    e.further_after = evaluate(e.behind + kFurther * spacings, e.state_further_after);
+    e.ratio = std::pow(kFurther, e.exponent - 1);
   }
 }
 

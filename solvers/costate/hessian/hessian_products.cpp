@@ -9,7 +9,6 @@
 #include <limits>
 #include <optional>
 
-#include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
 #include "costate/hessian/hessian_motion.h"
@@ -101,14 +100,9 @@ struct Crossing {
 };
 
 /// The last one first.
-std::vector<Crossing> crossings_of(const HessianMotion& motion, HessianAdjoint& backward,
+std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAdjoint& backward,
                                    const HessianEquations::Jumps& jumps) {
   std::vector<Crossing> all;
-  const Assembly& assembly = backward.assembly();
-  const int n = assembly.n();
-  const auto exponent = [&](const HessianEquations::Event& event) {
-    return SteepBegins::of(assembly).exponent_between(event.before.data() + 2 * n, event.after.data() + 2 * n);
-  };
   for (const auto& bend : motion.bends)
     all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false, 2,
                    [&](double* y) { backward.cross(bend, y); }});
@@ -117,7 +111,7 @@ std::vector<Crossing> crossings_of(const HessianMotion& motion, HessianAdjoint& 
     // What is steep counts up to the event itself.
     const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
     all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,
-                   gives ? exponent(event) : 2, [&, jumps](double* y) { backward.cross(jumps, event, y); }});
+                   event.exponent, [&, jumps](double* y) { backward.cross(jumps, event, y); }});
   }
   std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });
   for (std::size_t i = 0; i + 1 < all.size(); ++i)
@@ -189,7 +183,7 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  const std::vector<Crossing> crossings = crossings_of(all, backward, forward.jumps());
+  const std::vector<Crossing> crossings = crossings_of(all, equations->assembly().n(), backward, forward.jumps());
   const std::vector<PieceBack> pieces = pieces_back(crossings, t_start, t_end);
   const auto enter = [&](const PieceBack& piece) {
     backward.keep_within(piece.from, piece.to);

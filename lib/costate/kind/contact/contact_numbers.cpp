@@ -78,6 +78,14 @@ void read_friction(SceneTable& table, ContactLawOptions& o) {
   if (friction == F::lugre) o.bristle_damping_s_per_m = table.value("bristle_damping_s_per_m", kNotNegative, 0);
 }
 
+void check_sticking(const std::string& path, double sliding, double sticking) {
+  if (sticking < sliding)
+    throw ModelError(path + ".static_coefficient",
+                     fmt::format("The static coefficient of friction must not be less than that of sliding, found {} "
+                                 "and {}.",
+                                 sticking, sliding));
+}
+
 void ContactNumbers::add(const std::string& key, double value, NumberRule rule, bool used) {
   numbers_.push_back(builder_.add_number(path_ + "." + key, value, used ? rule : NumberRule::any));
   if (!used) builder_.fix_number(numbers_.back(), "the law of this contact has no such number.");
@@ -104,11 +112,7 @@ void ContactNumbers::add_friction(const ContactLawOptions& o) {
   const F friction = friction_model(path_ + ".friction", o.friction);
   const bool some = friction != F::none, two = has_two(friction);
   const double sticking = o.static_coefficient < 0 ? o.friction_coefficient : o.static_coefficient;
-  if (two && sticking < o.friction_coefficient)
-    throw ModelError(path_ + ".static_coefficient",
-                     fmt::format("The static coefficient of friction must not be less than that of sliding, found {} "
-                                 "and {}.",
-                                 sticking, o.friction_coefficient));
+  if (two) check_sticking(path_, o.friction_coefficient, sticking);
   add("friction_coefficient", o.friction_coefficient, has_bristles(friction) ? kPositive : kNotNegative, some);
   if (two && o.static_coefficient < 0)
     repeat();

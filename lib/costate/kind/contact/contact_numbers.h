@@ -38,6 +38,8 @@ FrictionModel friction_model(const std::string& subject, const std::string& name
 /// The keys of a scene's table; those of the other side's material begin with `other` ("ground_").
 void read_normal_law(SceneTable& table, const std::string& other, ContactLawOptions& o);
 void read_friction(SceneTable& table, ContactLawOptions& o);
+/// Throws ModelError at PATH.static_coefficient where sticking takes less than sliding.
+void check_sticking(const std::string& path, double sliding, double sticking);
 
 /// Adds the numbers of a contact to a mechanism, one by one, at PATH.KEY. A number that the chosen laws do not hold
 /// keeps its place and is no parameter.

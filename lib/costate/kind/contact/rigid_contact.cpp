@@ -79,11 +79,7 @@ void add_rigid_contact(MechanismBuilder& builder, const std::string& name, const
     throw ModelError(
         path + ".restitution",
         fmt::format("The speed after an impact by the speed before is expected, 0 to 1; found {:g}.", o.restitution));
-  if (o.static_coefficient >= 0 && o.static_coefficient < o.friction_coefficient)
-    throw ModelError(path + ".static_coefficient",
-                     fmt::format("The static coefficient of friction must not be less than that of sliding, found {} "
-                                 "and {}.",
-                                 o.static_coefficient, o.friction_coefficient));
+  if (o.static_coefficient >= 0) check_sticking(path, o.friction_coefficient, o.static_coefficient);
   const auto add = [&](const auto& find) {
     const auto at = find(path + ".point", point);
     std::optional<std::decay_t<decltype(at)>> ahead;

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <string>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -46,25 +47,29 @@ const std::vector<MethodWay> falling_ways = {{"index1", "idas-adjoint"},
                                              {"maggi-implicit", "hand-tangent"},
                                              {"maggi-second-order", "hand-adjoint"}};
 
-/// A block of 2 kg that a spring of 40 N/m pulls, whose other end goes ahead at 0.7 m/s; k and V are numbers.
-const char* pulled = R"toml(
-[gravity]
+/// A block on the ground that sticks where it is, with what its contact has besides.
+std::string block(const char* mass_kg, const char* contact) {
+  return fmt::format(R"toml([gravity]
 y_m_per_s2 = -9.81
 [point.P]
 x_m = 0
 y_m = 0
 [mass.P]
 point = "P"
-mass_kg = 2
+mass_kg = {}
 [contact.floor]
 kind = "rigid"
 point = "P"
 closed = true
 along_m = 0
 friction = "coulomb"
-friction_coefficient = 0.3
-static_coefficient = 0.5
-[force.pull]
+{}
+)toml",
+                     mass_kg, contact);
+}
+
+/// A block of 2 kg that a spring of 40 N/m pulls, whose other end goes ahead at 0.7 m/s; k and V are numbers.
+const std::string pulled = block("2", "friction_coefficient = 0.3\nstatic_coefficient = 0.5") + R"toml([force.pull]
 point = "P"
 k = 40
 V = 0.7
@@ -259,24 +264,8 @@ output = "b.x"
 // where nothing moves, IDAS interpolates multipliers: with these in the guard's derivative 2e-5 of it were off, 6 % in
 // another scene, at every rtol. By scipy's DOP853 at 1e-13, and Richardson's differences of whole motions.
 TEST_CASE("static friction: an instant that multipliers between long steps decide", "[events]") {
-  const Problem p = make_problem(Scene::parse(R"toml([gravity]
-y_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-[mass.P]
-point = "P"
-mass_kg = 1
-[contact.c]
-kind = "rigid"
-point = "P"
-closed = true
-along_m = 0
-friction = "coulomb"
-friction_coefficient = 0.3
-static_coefficient = 0.5
-ground_angle_rad = 0.2
-[force.f]
+  const Problem p = make_problem(Scene::parse(
+      block("1", "friction_coefficient = 0.3\nstatic_coefficient = 0.5\nground_angle_rad = 0.2") + R"toml([force.f]
 point = "P"
 A = 6
 w = 6
@@ -286,12 +275,12 @@ given = []
 [run]
 t_end_s = 0.3
 rtol = 1e-10
-parameters = ["contact.c.static_coefficient"]
+parameters = ["contact.floor.static_coefficient"]
 [[cost.terminal]]
 kind = "value"
 output = "P.x"
 )toml",
-                                              "inclined.toml"));
+      "inclined.toml"));
   for (const MethodWay& way : falling_ways) {
     Problem own = p;
     own.formulation = way.formulation;
@@ -304,23 +293,8 @@ output = "P.x"
 // What sticks does not move: positions are rounding, and no measure of the adjoint, whose tolerance was 1e8 then and
 // the gradient 0.802 by a way back of 16 steps.
 TEST_CASE("static friction: the gradient of a reaction's cost where nothing moves", "[events]") {
-  const Problem p = make_problem(Scene::parse(R"toml([gravity]
-y_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-[mass.P]
-point = "P"
-mass_kg = 2
-[contact.floor]
-kind = "rigid"
-point = "P"
-closed = true
-along_m = 0
-friction = "coulomb"
-friction_coefficient = 0.5
-ground_angle_rad = 0.3
-[force.pull]
+  const Problem p =
+      make_problem(Scene::parse(block("2", "friction_coefficient = 0.5\nground_angle_rad = 0.3") + R"toml([force.pull]
 point = "P"
 A = 1.5
 w = 4
@@ -334,7 +308,7 @@ parameters = ["force.pull.A"]
 kind = "square"
 output = "floor.friction_force"
 )toml",
-                                              "still.toml"));
+                                "still.toml"));
   // F = A cos b sin(w t) - m g sin b.
   const double A = 1.5, w = 4, T = 2, c = std::cos(0.3), weight = 2 * 9.81 * std::sin(0.3),
                squares = T / 2 - std::sin(2 * w * T) / (4 * w), sines = (1 - std::cos(w * T)) / w,

@@ -161,6 +161,7 @@ Scene Scene::with_override(const std::string& path, const std::string& value) co
 }
 
 Scene Scene::with_overrides(const std::vector<std::pair<std::string, std::string>>& values) const {
+  if (values.empty()) return *this;  // what was changed by hand (its cases) stays
   auto root = std::make_shared<SceneNode>(*root_);
   for (const auto& [path, value] : values)
     set_node(*root, path, read_toml_value(value, fmt::format("override '{}={}'", path, value)));

@@ -60,7 +60,7 @@ class Scene {
 
   /// The same scene with one value replaced or added, read again.
   Scene with_override(const std::string& path, const std::string& value) const;
-  /// The same of several, of which nothing is checked before all are there.
+  /// The same of several, of which nothing is checked before all are there; of none: the scene as it is.
   Scene with_overrides(const std::vector<std::pair<std::string, std::string>>& values) const;
   Scene with_number(const std::string& path, double value) const;
   /// The same scene with the values rho written to all numbers that the parameters are bound to.

@@ -23,6 +23,7 @@
 #include "costate/kind/joint/spherical.h"
 #include "costate/kind/joint/tie_rod.h"
 #include "costate/kind/joint/two_lines.h"
+#include "costate/mechanism/derivative_check.h"
 #include "examples.h"
 
 using namespace costate;
@@ -86,6 +87,12 @@ std::vector<std::string> add_points(MechanismBuilder& builder) {
 }
 
 }  // namespace
+
+TEST_CASE("what users' elements are held against at the start refuses none of ours") {
+  for_each_example([](const Scene& scene, const Assembly&, const State&) {
+    CHECK_NOTHROW(check_derivatives(*scene.mechanism(), ElementsChecked::all));
+  });
+}
 
 TEST_CASE("every element's blocks by hand equal dual numbers, and these equal differences") {
   std::set<std::string> not_by_hand;

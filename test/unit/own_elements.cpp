@@ -56,6 +56,124 @@ class Pull final : public ForceOf<Pull> {
   int initial_;
 };
 
+/// Springs along x and y with everything by hand, of which `wrong` is as the name says.
+class Springs final : public ForceOf<Springs> {
+ public:
+  Springs(std::vector<int> coordinates, std::vector<int> numbers, const char* wrong)
+      : ForceOf("springs", "own"), wrong_(wrong) {
+    append_coordinates(coordinates);
+    append_numbers(numbers);
+  }
+  int states() const override { return 1; }
+  int initial_state_number(int) const override { return 0; }
+  template <class S>
+  void physics(const S&, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
+    Q[0] = -p[0] * q[0] * q[0] * q[0] - v[1] + z[0];
+    Q[1] = -p[0] * q[1];
+    zdot[0] = p[0] * q[0] - z[0];
+  }
+  void calc_force(const LocalState& s, double* Q, double* zdot) const override {
+    physics<double>(s.t, s.q, s.v, s.z, s.p, Q, zdot);
+    Q[1] *= factor("force");
+  }
+  void calc_partials(const LocalState& s, ForcePartials out) const override {
+    out.Q_q(0, 0) = -3 * s.p[0] * s.q[0] * s.q[0] * factor("Q_q");
+    out.Q_q(1, 1) = -s.p[0];
+    out.Q_v(0, 1) = -factor("Q_v");
+    out.Q_z(0, 0) = factor("Q_z");
+    out.f_q(0, 0) = s.p[0] * factor("f_q");
+    out.f_z(0, 0) = -factor("f_z");
+  }
+  void calc_number_partial(const LocalState& s, int, double* Q_p, double* f_p) const override {
+    Q_p[0] = -s.q[0] * s.q[0] * s.q[0];
+    Q_p[1] = -s.q[1] * factor("number");
+    f_p[0] = s.q[0];
+  }
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int*, int count,
+                           double* out) const override {
+    if (count && w_Q) out[0] -= w_Q[0] * s.q[0] * s.q[0] * s.q[0] + w_Q[1] * s.q[1];
+    if (count && w_f) out[0] += factor("sum") * w_f[0] * s.q[0];
+  }
+  bool may_rest() const override { return wrong_ == "rest"; }
+  double calc_rest(const LocalState&, double* slopes) const override {
+    slopes[0] = 1;
+    return 0.1;
+  }
+
+ private:
+  double factor(const char* what) const { return wrong_ == what ? 0.9 : 1; }
+  std::string wrong_;
+};
+
+/// x^2 y = k with everything by hand.
+class Curve final : public ConstraintOf<Curve> {
+ public:
+  Curve(std::vector<int> coordinates, std::vector<int> numbers, const char* wrong)
+      : ConstraintOf("curve", "own"), wrong_(wrong) {
+    append_coordinates(coordinates);
+    append_numbers(numbers);
+  }
+  int rows() const override { return 1; }
+  std::string row_name(int) const override { return "curve"; }
+  template <class S>
+  void physics(const S&, const S* q, const S* p, S* phi) const {
+    phi[0] = q[0] * q[0] * q[1] - p[0];
+  }
+  void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override {
+    phi_q(0, 0) = 2 * s.q[0] * s.q[1];
+    phi_q(0, 1) = s.q[0] * s.q[0] * factor("phi_q");
+  }
+  void calc_bias(const LocalState& s, double* bias) const override {
+    bias[0] = (2 * s.v[0] * s.v[0] * s.q[1] + 4 * s.q[0] * s.v[0] * s.v[1]) * factor("bias");
+  }
+  void calc_hessian(const LocalState& s, LocalMatrix& hessian) const override {
+    hessian(0, 0) = 2 * s.lambda[0] * s.q[1];
+    hessian(0, 1) = hessian(1, 0) = 2 * s.lambda[0] * s.q[0] * factor("hessian");
+  }
+  void calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
+                     LocalMatrix& phidd_q) const override {
+    Constraint::calc_partials(s, hessian, phid_q, phidd_q);
+    phidd_q(0, 1) *= factor("phidd_q");
+  }
+  void calc_number_partial(const LocalState&, int, double* phi_p, double*, double*, double*) const override {
+    phi_p[0] = -factor("number");
+  }
+  double calc_number_gradient(const LocalState&, int, const ConstraintWeights& w) const override {
+    return -w.phi[0] * factor("sum");
+  }
+
+ private:
+  double factor(const char* what) const { return wrong_ == what ? 0.9 : 1; }
+  std::string wrong_;
+};
+
+/// A mass that grows with x, with everything by hand.
+class Growing final : public BodyOf<Growing> {
+ public:
+  Growing(int coordinate, int number, const char* wrong) : BodyOf("growing", "own"), wrong_(wrong) {
+    append_coordinates({coordinate});
+    append_numbers({number});
+  }
+  template <class S>
+  void physics(const S* q, const S* v, const S* a, const S* p, S* r) const {
+    r[0] = (p[0] + q[0] * q[0]) * a[0] + q[0] * v[0] * v[0];
+  }
+  void calc_mass(const LocalState& s, LocalMatrix& M) const override {
+    M(0, 0) = (s.p[0] + s.q[0] * s.q[0]) * factor("mass");
+  }
+  void calc_force(const LocalState& s, double* Q) const override { Q[0] = -s.q[0] * s.v[0] * s.v[0] * factor("force"); }
+  void calc_partials(const LocalState& s, LocalMatrix& r_q, LocalMatrix& r_v) const override {
+    r_q(0, 0) = 2 * s.q[0] * s.a[0] + s.v[0] * s.v[0];
+    r_v(0, 0) = 2 * s.q[0] * s.v[0] * factor("r_v");
+  }
+  void calc_number_partial(const LocalState& s, int, double* r_p) const override { r_p[0] = s.a[0] * factor("number"); }
+  bool constant_mass() const override { return wrong_ == "constant_mass"; }
+
+ private:
+  double factor(const char* what) const { return wrong_ == what ? 0.9 : 1; }
+  std::string wrong_;
+};
+
 struct OwnScene {
   MechanismBuilder builder;
   int x, k;
@@ -92,6 +210,42 @@ TEST_CASE("own elements: what the mechanism does not have") {
   s.builder.build();
   CHECK_THROWS_WITH(s.builder.build(), Contains("builder is done"));
   CHECK_THROWS_WITH(s.builder.add_number("j", 1), Contains("builder is done"));
+}
+
+TEST_CASE("own elements: derivatives by hand are those of the element's own physics, or told with their entry") {
+  const auto build = [](const char* kind, const std::string& wrong) {
+    OwnScene s;
+    const std::vector<int> xy{s.x, s.builder.coordinate("P.y")}, k{s.k};
+    if (std::string(kind) == "springs") s.builder.add(std::make_unique<Springs>(xy, k, wrong.c_str()));
+    if (std::string(kind) == "curve") s.builder.add(std::make_unique<Curve>(xy, k, wrong.c_str()));
+    if (std::string(kind) == "growing") s.builder.add(std::make_unique<Growing>(s.x, s.k, wrong.c_str()));
+    s.builder.build();
+  };
+  const auto refused = [&](const char* kind, const char* wrong, const char* by, const char* entry) {
+    INFO(kind << ": " << wrong);
+    CHECK_THROWS_WITH(build(kind, wrong), Contains(std::string(kind) + ".own") && Contains(by) && Contains(entry));
+  };
+  for (const char* kind : {"springs", "curve", "growing"}) CHECK_NOTHROW(build(kind, "nothing"));
+  refused("springs", "force", "calc_force", "(1, 0)");
+  refused("springs", "Q_q", "calc_partials", "Q_q (0, 0)");
+  refused("springs", "Q_v", "calc_partials", "Q_v (0, 1)");
+  refused("springs", "Q_z", "calc_partials", "Q_z (0, 0)");
+  refused("springs", "f_q", "calc_partials", "f_q (0, 0)");
+  refused("springs", "f_z", "calc_partials", "f_z (0, 0)");
+  refused("springs", "number", "calc_number_partial", "by 'k', entry (1, 0)");
+  refused("springs", "sum", "add_number_gradient", "by 'k'");
+  refused("springs", "rest", "calc_rest", "border");
+  refused("curve", "phi_q", "calc_phi_q", "(0, 1)");
+  refused("curve", "bias", "calc_bias", "(0, 0)");
+  refused("curve", "hessian", "calc_hessian", "(1, 0)");
+  refused("curve", "phidd_q", "calc_partials", "phidd_q (0, 1)");
+  refused("curve", "number", "calc_number_partial", "by 'k'");
+  refused("curve", "sum", "calc_number_gradient", "by 'k'");
+  refused("growing", "mass", "calc_mass", "(0, 0)");
+  refused("growing", "force", "calc_force", "(0, 0)");
+  refused("growing", "r_v", "calc_partials", "r_v (0, 0)");
+  refused("growing", "number", "calc_number_partial", "by 'k'");
+  refused("growing", "constant_mass", "constant_mass", "changes by");
 }
 
 TEST_CASE("own problems: options that cannot be") {

@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/derivative_check.h"
 #include "costate/mechanism/element_check.h"
 #include "costate/mechanism/parameter_bounds.h"
 #include "costate/mechanism/taken_number.h"
@@ -367,6 +368,7 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
           "numbers that the scene leaves out are taken from it and would change with it; write {} to hold them.",
           fmt::join(texts, " and "));
   m.select(m.default_parameters_);  // names must exist and be free to vary
+  check_derivatives(m);
   return std::shared_ptr<const Mechanism>(std::move(m_));
 }
 

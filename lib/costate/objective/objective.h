@@ -2,6 +2,7 @@
 // with exact partial derivatives. The formulation pulls these back to its own unknowns.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,6 +12,18 @@
 #include "costate/objective/output.h"
 
 namespace costate {
+
+/// Whether something was done once with an object; a copy begins anew.
+class DoneOnce {
+ public:
+  DoneOnce() = default;
+  DoneOnce(const DoneOnce&) {}
+  DoneOnce& operator=(const DoneOnce&) { return *this; }
+  bool exchange(bool done) const { return done_.exchange(done); }
+
+ private:
+  mutable std::atomic<bool> done_ = false;
+};
 
 /// One term of a running or terminal cost. A user's own cost derives from this (or from DualCostTerm).
 class CostTerm {
@@ -25,6 +38,9 @@ class CostTerm {
   /// The change of the value along the variation d: g_t dt + g_q dq + g_v dv + ...; runs whose end an event decides
   /// need it of terminal terms.
   virtual double change(const StateView& s, Assembly& assembly, const Variation& d) const;
+
+  /// Of a user's term: its derivatives have been held against its values (cost_check.h).
+  DoneOnce derivatives_seen;
 };
 
 /// weight (y - target)^power with power 1 or 2; the target is a law of time (its numbers may be parameters) or

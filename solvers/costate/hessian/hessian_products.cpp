@@ -14,6 +14,7 @@
 #include "costate/hessian/hessian_motion.h"
 #include "costate/integrator/piecewise_run.h"
 #include "costate/integrator/run_end.h"
+#include "costate/objective/cost_check.h"
 #include "costate/problem/differentiable_laws.h"
 #include "costate/problem/scaled_gradient.h"
 
@@ -229,6 +230,7 @@ void require_products(const Problem& problem) {
 }  // namespace
 
 HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
+  check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
   require_products(problem);
   if (problem.cycle)
     throw CapabilityError(

@@ -9,6 +9,7 @@
 #include "costate/discrete/discrete_scheme.h"
 #include "costate/event/end_event.h"
 #include "costate/formulation/law_joins.h"
+#include "costate/objective/cost_check.h"
 
 namespace costate {
 
@@ -74,6 +75,7 @@ void Problem::check_values(const std::vector<double>& rho) const {
     if (!std::isfinite(rho[j]))
       throw Error(fmt::format("The value of parameter '{}' is {}; expected a finite number.",
                               parameters.parameters[j].name, rho[j]));
+  check_cost_promises(mechanism, parameters, objective, rho);
   std::vector<double> numbers = mechanism->base_numbers();
   parameters.apply(rho.data(), numbers);
   require_joined_drivers(*mechanism, numbers, solver.t_start, solver.t_end);

@@ -13,6 +13,7 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/objective/cost_check.h"
 #include "costate/problem/differentiable_laws.h"
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/cycle_gradient.h"
@@ -188,6 +189,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     return r;
   }
   if (!method.perturbs) {
+    check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
     Assembly assembly(problem.mechanism, problem.parameters);
     assembly.set_parameters(rho.data());
     require_compatible_parameters(assembly, problem.solver.t_start, problem.solver.t_end);

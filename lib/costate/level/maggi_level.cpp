@@ -122,7 +122,7 @@ StateView MaggiLevel::look(double t, const double* y, const double* yd, const do
   if (look_point_.move_to(t, {{y, f}, {yd, f}, {z, nz}}) != before || other_chart) {
     look_point_.forget();  // while it may throw
     if (!looks_->solve_by_factors_of(positions_, t, y, yd, look_v_)) {
-      looks_->solve(t, y);
+      if (!looks_->solve_between(t, y)) looks_->solve(t, y);
       look_v_.resize(static_cast<std::size_t>(rows_));
       for (int i = 0; i < m_; ++i) look_v_[i] = -assembly_.phi_t[i];
       std::copy(yd, yd + f_, look_v_.begin() + m_);

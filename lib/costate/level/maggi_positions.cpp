@@ -52,8 +52,15 @@ double MaggiPositions::largest(const double* x) const {
   double r = 0;
   for (int i = 0; i < n_; ++i) {
     if (!std::isfinite(x[i])) return std::numeric_limits<double>::infinity();
-    if (constrained_[static_cast<std::size_t>(i)]) r = std::max(r, std::abs(x[i]));
+    if (constrained_[static_cast<std::size_t>(i)])
+      r = std::max(r, std::abs(x[i]) * measure_[static_cast<std::size_t>(i)]);
   }
+  return r;
+}
+
+double MaggiPositions::distance_between(const std::vector<double>& a, const std::vector<double>& b) const {
+  double r = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) r = std::max(r, std::abs(a[i] - b[i]) * measure_[i]);
   return r;
 }
 
@@ -85,9 +92,11 @@ void MaggiPositions::begin(const StateView& from, const MaggiCharts::Chart* choi
                none = kRounding * extent;
   scale_ = high - low > none ? high - low : any && std::abs(high) > none ? std::abs(high) : extent;
   sizes_.resize(weight_.size());
+  measure_.resize(weight_.size());
   for (int i = 0; i < n_; ++i) {
     weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
     sizes_[i] = scale_ / weight_[i];
+    measure_[i] = std::min(1.0, weight_[i]);
   }
 
   dropped_factorizations_ = factorizations();
@@ -113,10 +122,7 @@ void MaggiPositions::begin(const StateView& from, const MaggiCharts::Chart* choi
     if (!rows.slides.empty()) assembly_.calc_jacobian(from);  // in space the direction is that of the velocities
     chart_ = charts_.find_best(rows, weight_);
   }
-  last_.t = t;
-  last_.q = q_;
-  std::fill(last_.v.begin(), last_.v.end(), 0.0);
-  std::fill(last_.a.begin(), last_.a.end(), 0.0);
+  take_solved(t);
   remember();
 }
 
@@ -130,6 +136,7 @@ bool MaggiPositions::begin_as(const MaggiPositions& other) {
     begin(from, &choice);
   }
   last_ = other.last_;
+  remembered_ = other.remembered_;
   if (charts_[chart_].is(choice.rows, choice.rates->independent(), nullptr)) return first;
   chart_ = charts_.find(choice.rows, choice.rates->independent(), choice.of_reactions());
   return true;
@@ -139,8 +146,7 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
                                          std::vector<double>& v) {
   if (other.factored_chart_ != other.chart_ || redundant_) return false;
   guess(t, false, false);
-  double distance = 0;
-  for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - other.factored_at_[i]));
+  const double distance = distance_between(q_, other.factored_at_);
   if (!(distance <= kNear * scale_)) return false;
   MaggiChart& X = *other.charts_[other.chart_].rates;
   const auto& independent = X.independent();
@@ -195,6 +201,7 @@ void MaggiPositions::set_rates(const double* v, const double* a) {
     std::copy(a, a + n_, last_.a.begin());
   else
     std::fill(last_.a.begin(), last_.a.end(), 0.0);
+  last_.accelerated = a != nullptr;
 }
 
 void MaggiPositions::remember() {
@@ -286,24 +293,29 @@ void MaggiPositions::solve(double t, const double* y) {
                     "configuration.{}{}",
                     t, rows.empty() ? "" : " ", rows));
   }
+  take_solved(t);
+}
+
+void MaggiPositions::take_solved(double t) {
   last_.t = t;
   last_.q = q_;
   std::fill(last_.v.begin(), last_.v.end(), 0.0);
   std::fill(last_.a.begin(), last_.a.end(), 0.0);
+  last_.accelerated = false;
 }
 
 int MaggiPositions::parts_to(double t, const double* y) {
   double way = 0;
   read_from(t, y);
+  // What rolls turns by more than 1 as it goes by the size of a small mechanism.
+  const double turns = std::min(1.0, scale_);
   for (std::size_t k = chart().independent().size(); k < y_from_.size(); ++k)
-    way = std::max(way, std::abs(y[k] - y_from_[k]));
+    way = std::max(way, std::abs(y[k] - y_from_[k]) / turns);
   const auto& independent = chart().independent();
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (const auto i = static_cast<std::size_t>(independent[k]); constrained_[i])
-      way = std::max(way, std::abs(y[k] - q_[i]));
-  // What rolls turns by more than 1 as it goes by the size of a small mechanism, and counts so in newton().
-  const double turns = switched_.empty() ? 1 : std::min(1.0, scale_);
-  return static_cast<int>(std::min(way / (kFarthest * scale_ * turns), kMostParts));
+      way = std::max(way, std::abs(y[k] - q_[i]) * measure_[i]);
+  return static_cast<int>(std::min(way / (kFarthest * scale_), kMostParts));
 }
 
 void MaggiPositions::read_from(double t, const double* y) {
@@ -339,9 +351,7 @@ bool MaggiPositions::newton(double t, const double* y) {
   s.q = q_.data();
   double distance = std::numeric_limits<double>::infinity();  // from the positions of the last factorization
   if (factored_chart_ == chart_) {
-    distance = 0;
-    for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - factored_at_[i]));
-    distance /= scale_;
+    distance = distance_between(q_, factored_at_) / scale_;
   }
   bool fresh = !(distance <= kNear);
   // Far from where they began, beside the mechanism's size, positions are no better than their own rounding.

@@ -36,6 +36,9 @@ class MaggiPositions {
   /// was of; false where these are from positions too far away.
   bool solve_by_factors_of(const MaggiPositions& other, double t, const double* y, const double* yd,
                            std::vector<double>& v);
+  /// Finds q at a time between what was remembered and the last positions, with the rates at both as the guide, as
+  /// solve() does; false where these lead to no positions near by, and nothing has changed.
+  bool solve_between(double t, const double* y);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
   MaggiChart& chart() { return *charts_[chart_].rates; }
@@ -95,6 +98,7 @@ class MaggiPositions {
   // In sizes of the mechanism: a factorization serves for steps from positions as near as this; a guess is continued
   // along its velocities no farther than that.
   static constexpr double kNear = 0.05, kFar = 0.2;
+  void take_solved(double t);
   /// `choice`: of the first chart, or null where the best one is to be found.
   void begin(const StateView& s, const MaggiCharts::Chart* choice);
   /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
@@ -115,7 +119,11 @@ class MaggiPositions {
   double moved_since(const std::vector<double>& q) const;
   /// From q_ at t_from, in steps along the rates that move nothing far.
   bool walk(double t_from, double t, const double* y);
+  /// The largest entry of changes x of the coordinates that constraints have, in m: angles count with the mechanism's
+  /// size where it is small, else as they are.
   double largest(const double* x) const;
+  /// The same of the difference of all coordinates.
+  double distance_between(const std::vector<double>& a, const std::vector<double>& b) const;
 
   Assembly& assembly_;
   int n_, m_, f_;
@@ -128,12 +136,14 @@ class MaggiPositions {
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
   bool branches_ = true;           // whether positions may have others beside them; contacts alone have no others
   double scale_ = 1;               // size of the mechanism, m
+  std::vector<double> measure_;    // see largest()
   std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
   std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_, reactions_;
   int factored_chart_ = -1;
   struct Last {
     double t = 0;
     std::vector<double> q, v, a;
+    bool accelerated = false;  // a is known
   } last_, remembered_;
   std::vector<double> kept_t_, kept_q_;
   struct Repeated {  // the first guess of a solve() after forget_history()

@@ -1,4 +1,5 @@
-// The way that drivers move a mechanism between two times, gone in steps that no place without positions fits between.
+// Positions between others: the way that drivers move a mechanism between two times, gone in steps that no place
+// without positions fits between, and a time within a step, found from both of its ends.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +9,8 @@ namespace costate {
 
 namespace {
 constexpr double kShortest = 1e-9;  // of the parts that a way is gone in
-}
+constexpr double kBetween = 10;     // sizes of the mechanism that a step may lead over to be interpolated
+}  // namespace
 
 bool MaggiPositions::driven() const {
   return std::any_of(assembly_.phi_t.begin(), assembly_.phi_t.end(), [](double x) { return x != 0; });
@@ -17,7 +19,7 @@ bool MaggiPositions::driven() const {
 double MaggiPositions::moved_since(const std::vector<double>& q) const {
   double moved = 0;
   for (std::size_t i = 0; i < q_.size(); ++i)
-    if (constrained_[i]) moved = std::max(moved, std::abs(q_[i] - q[i]));
+    if (constrained_[i]) moved = std::max(moved, std::abs(q_[i] - q[i]) * measure_[i]);
   return moved;
 }
 
@@ -28,9 +30,7 @@ double MaggiPositions::driven_way(double dt) {
   s.q = last_.q.data();
   assembly_.calc_constraints(s);
   if (!driven()) return 0;
-  double distance = 0;
-  for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(last_.q[i] - factored_at_[i]));
-  if (factored_chart_ != chart_ || !(distance <= kNear * scale_)) {
+  if (factored_chart_ != chart_ || !(distance_between(last_.q, factored_at_) <= kNear * scale_)) {
     factored_chart_ = -1;
     if (!chart().factor(assembly_.phi_q.data())) return 0;
     factored_chart_ = chart_;
@@ -40,6 +40,27 @@ double MaggiPositions::driven_way(double dt) {
   std::fill(rate_.begin() + m_, rate_.end(), 0.0);
   chart().solve(rate_.data());
   return std::abs(dt) * largest(rate_.data());
+}
+
+bool MaggiPositions::solve_between(double t, const double* y) {
+  const Last &from = remembered_, &to = last_;
+  const double h = to.t - from.t, s = (t - from.t) / h;
+  if (!(s > 0 && s < 1) || !from.accelerated || !to.accelerated ||
+      !(h * std::max(largest(from.v.data()), largest(to.v.data())) <= kBetween * scale_))
+    return false;
+  const std::vector<double> before = q_;
+  // Hermite's polynomial of fifth degree: q, v, a at both ends.
+  const double r = 1 - s, s3 = s * s * s, r3 = r * r * r;
+  for (std::size_t i = 0; i < q_.size(); ++i)
+    q_[i] = r3 * ((1 + 3 * s + 6 * s * s) * from.q[i] + h * s * ((1 + 3 * s) * from.v[i] + h * s / 2 * from.a[i])) +
+            s3 * ((1 + 3 * r + 6 * r * r) * to.q[i] - h * r * ((1 + 3 * r) * to.v[i] - h * r / 2 * to.a[i]));
+  guessed_ = q_;
+  if (!newton(t, y) || moved_since(guessed_) > kNear * scale_) {
+    q_ = before;
+    return false;
+  }
+  take_solved(t);
+  return true;
 }
 
 bool MaggiPositions::walk(double t_from, double t, const double* y) {

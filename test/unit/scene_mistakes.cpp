@@ -213,6 +213,10 @@ TEST_CASE("scene mistakes: duplicates and contradictions") {
        "free point to it with [revolute.*], or put the mass into the bar."},
       {"[run]", "[driver.D]\ncoordinates = [\"P.x\", \"P.y\"]\nweights = [1]\nlaw = 1\n[run]",
        "41:11: driver.D.weights: There must be one weight a coordinate, found 1 for 2."},
+      {"[run]", "[driver.D]\ncoordinates = [\"P.x\", \"P.y\"]\nweights = [0, 0]\nlaw = 1\n[run]",
+       "41:11: driver.D.weights: All weights are zero, and the driver moves nothing."},
+      {"[run]", "[driver.D]\ncoordinates = [\"P.x\", \"P.x\"]\nweights = [1, 1]\nlaw = 1\n[run]",
+       "40:23: driver.D.coordinates[1]: 'P.x' is listed twice; give it one weight, the sum."},
       {"[run]", "[prismatic.R]\npoints = [\"A\", \"P\"]\naxis_angle_rad = 1\n[run]",
        "39:1: prismatic.R: A prismatic joint needs points on bodies or on the ground, but 'P' is neither. "
        "For points on "

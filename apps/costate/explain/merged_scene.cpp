@@ -127,7 +127,7 @@ class MergedWriter {
       origins_.insert(parts[0]);
       return name;
     }
-    const bool rates = output.starts_with("omega_global") || !p.turned();
+    const bool rates = is_global_rate(output) || !p.turned();
     const bool coordinate = output[0] == 'e' || output[0] == 'u';
     if (p.into.empty() || !rates || coordinate)
       refuse(fmt::format("'{}' is asked for, of a body that is welded to {}", name,

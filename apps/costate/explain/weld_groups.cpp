@@ -57,7 +57,7 @@ std::map<std::string, int> mentions(SceneNode& scene) {
     with_names(n.text, [&](const std::string& name) {
       const auto parts = split_name(name);
       const std::string output = body_output(parts);
-      const bool a_place = output.size() == 1 || output.starts_with("omega_global");
+      const bool a_place = output.size() == 1 || is_global_rate(output);
       if (given)
         count[parts.front()] += kGiven;
       else if (!output.empty() && !a_place)
@@ -149,7 +149,13 @@ std::string body_output(const std::vector<std::string>& parts) {
                                                "omega_z",
                                                "omega_global_x",
                                                "omega_global_y",
-                                               "omega_global_z"};
+                                               "omega_global_z",
+                                               "alpha_x",
+                                               "alpha_y",
+                                               "alpha_z",
+                                               "alpha_global_x",
+                                               "alpha_global_y",
+                                               "alpha_global_z"};
   if (parts.size() != 2) return {};
   std::string output = parts[1];
   for (const char* suffix : {"_ddot", "_dot"})
@@ -158,6 +164,10 @@ std::string body_output(const std::vector<std::string>& parts) {
       break;
     }
   return kNames.contains(output) ? output : "";
+}
+
+bool is_global_rate(const std::string& output) {
+  return output.starts_with("omega_global") || output.starts_with("alpha_global");
 }
 
 WeldGroups weld_groups(const Mechanism& m, const Start& start, SceneNode& scene) {

@@ -42,6 +42,8 @@ std::vector<std::string> split_name(const std::string& name);
 /// What a body's output is called behind its name, without the rate's suffix: x, omega_global_z, u1x; empty where it is
 /// none.
 std::string body_output(const std::vector<std::string>& parts);
+/// Whether that is a rate of turning in the ground's frame, the same for all bodies that are welded.
+bool is_global_rate(const std::string& output);
 
 /// Of the scene that the mechanism was made of; poses are those of the start.
 WeldGroups weld_groups(const Mechanism& mechanism, const Start& start, SceneNode& scene);

@@ -23,16 +23,25 @@ std::vector<Measure> NaturalBody::measures() const {
           {"omega_global_z", "rad/s", false},
           {"roll", "rad", false},
           {"pitch", "rad", false},
-          {"yaw", "rad", false}};
+          {"yaw", "rad", false},
+          {"alpha_x", "rad/s^2", true},
+          {"alpha_y", "rad/s^2", true},
+          {"alpha_z", "rad/s^2", true},
+          {"alpha_global_x", "rad/s^2", true},
+          {"alpha_global_y", "rad/s^2", true},
+          {"alpha_global_z", "rad/s^2", true}};
 }
 
 PathDual NaturalBody::measure(int i, const MeasureArguments& x) const {
-  if (i >= 6) return cardan_angle(static_cast<CardanAngle>(i - 6), x.q[3], x.q[4], x.q[5], x.q[8], x.q[11]);
+  if (i >= 6 && i < 9) return cardan_angle(static_cast<CardanAngle>(i - 6), x.q[3], x.q[4], x.q[5], x.q[8], x.q[11]);
   // In the body's frame u3 . u2', u1 . u3', u2 . u1'; globally the sum of u x u' over two.
   const int k = i % 3, j = (k + 1) % 3, l = (k + 2) % 3;
+  const bool acceleration = i >= 9;
   if (i < 3) return dot3(x.q + 3 + 3 * l, x.v + 3 + 3 * j);
+  if (acceleration && i < 12) return dot3(x.v + 3 + 3 * l, x.v + 3 + 3 * j) + dot3(x.q + 3 + 3 * l, x.a + 3 + 3 * j);
+  const PathDual* change = acceleration ? x.a : x.v;  // u' x u' = 0
   PathDual sum;
-  for (int u = 3; u < 12; u += 3) sum += x.q[u + j] * x.v[u + l] - x.q[u + l] * x.v[u + j];
+  for (int u = 3; u < 12; u += 3) sum += x.q[u + j] * change[u + l] - x.q[u + l] * change[u + j];
   return PathDual(0.5) * sum;
 }
 

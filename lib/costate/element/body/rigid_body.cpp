@@ -44,21 +44,29 @@ std::vector<Measure> RigidBody::measures() const {
           {"omega_global_z", "rad/s", false},
           {"roll", "rad", false},
           {"pitch", "rad", false},
-          {"yaw", "rad", false}};
+          {"yaw", "rad", false},
+          {"alpha_x", "rad/s^2", true},
+          {"alpha_y", "rad/s^2", true},
+          {"alpha_z", "rad/s^2", true},
+          {"alpha_global_x", "rad/s^2", true},
+          {"alpha_global_y", "rad/s^2", true},
+          {"alpha_global_z", "rad/s^2", true}};
 }
 
 PathDual RigidBody::measure(int i, const MeasureArguments& x) const {
-  if (i >= 6) {
+  if (i >= 6 && i < 9) {
     const PathDual *e = x.q + 3, &e0 = e[0], &e1 = e[1], &e2 = e[2], &e3 = e[3];
     return cardan_angle<PathDual>(static_cast<CardanAngle>(i - 6), e0 * e0 + e1 * e1 - e2 * e2 - e3 * e3,
                                   2.0 * (e1 * e2 + e0 * e3), 2.0 * (e1 * e3 - e0 * e2), 2.0 * (e2 * e3 + e0 * e1),
                                   e0 * e0 - e1 * e1 - e2 * e2 + e3 * e3);
   }
+  // omega = 2 G(e) e', and alpha = 2 G(e) e'', since G(e') e' = 0.
+  const PathDual* change = (i < 6 ? x.v : x.a) + 3;
   PathDual rate[3];
-  if (i < 3)
-    body_rate(x.q + 3, x.v + 3, rate);
+  if (i % 9 < 3)
+    body_rate(x.q + 3, change, rate);
   else
-    global_rate(x.q + 3, x.v + 3, rate);
+    global_rate(x.q + 3, change, rate);
   return 2.0 * rate[i % 3];
 }
 

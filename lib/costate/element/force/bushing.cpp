@@ -75,12 +75,6 @@ PathDual Bushing::measure(int i, const MeasureArguments& m) const {
   return PathDual(0.5) * (W[k] + across[k] + x.rho[k] * dot3(x.rho, W));
 }
 
-void Bushing::half_turn() const {
-  throw ModelError(path(),
-                   "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
-                   "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
-}
-
 namespace {
 // What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the
 // step.
@@ -96,10 +90,26 @@ struct SeenInRun {
   long epoch = 0;
 };
 thread_local SeenInRun seen_near_half_turn;
+constexpr const char* kHoldsHalf =
+    ", and with it the moment, would jump to the other side. A bushing holds up to half a turn; take a torsion_spring "
+    "on "
+    "the angle of a joint, or stiffnesses that keep the turn smaller.";
 }  // namespace
 
 void Bushing::forget_half_turn() const {
   if (!seen_near_half_turn.of.empty()) seen_near_half_turn.of.erase(this);
+}
+
+void Bushing::half_turn() const {
+  const auto seen = seen_near_half_turn.of.find(this);
+  if (seen_near_half_turn.epoch == run_epoch() && seen != seen_near_half_turn.of.end())
+    throw StepError(
+        fmt::format("{}: its two frames come to half a turn against each other at t = {:.6g} s, where the rotation "
+                    "vector{}",
+                    path(), seen->second[0].t, kHoldsHalf));
+  throw ModelError(path(),
+                   "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
+                   "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
 }
 
 void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho, double rate) const {
@@ -116,10 +126,8 @@ void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho, doub
   // The trial that turns past is not taken note of: the next one is compared with the same instant.
   throw StepError(fmt::format(
       "{}: its two frames turn past half a turn against each other between t = {:.6g} s and {:.6g} s, where the "
-      "rotation "
-      "vector, and with it the moment, would jump to the other side. A bushing holds up to half a turn; take a "
-      "torsion_spring on the angle of a joint, or stiffnesses that keep the turn smaller.",
-      path(), std::min(before.t, t), std::max(before.t, t)));
+      "rotation vector{}",
+      path(), std::min(before.t, t), std::max(before.t, t), kHoldsHalf));
 }
 
 }  // namespace costate

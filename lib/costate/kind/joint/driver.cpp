@@ -31,6 +31,12 @@ void add_driver(MechanismBuilder& builder, const std::string& name, const std::v
     q.push_back(find_coordinate(builder, path + key, coordinates[i]));
     w.push_back(builder.add_number(fmt::format("{}.weights[{}]", path, i), single ? 1 : weights[i]));
   }
+  for (std::size_t i = 0; i < q.size(); ++i)
+    if (std::count(q.begin(), q.begin() + static_cast<std::ptrdiff_t>(i), q[i]) > 0)
+      throw ModelError(fmt::format("{}.coordinates[{}]", path, i),
+                       fmt::format("'{}' is listed twice; give it one weight, the sum.", coordinates[i]));
+  if (!single && std::all_of(weights.begin(), weights.end(), [](double x) { return x == 0; }))
+    throw ModelError(path + ".weights", "All weights are zero, and the driver moves nothing.");
   if (single)
     builder.fix_number(w[0], "a driver of one coordinate has weight 1; write coordinates and weights instead");
   const RegisteredLaw f = add_law(builder, path + ".law", law);

@@ -44,3 +44,4 @@ install(FILES LICENSE README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" OPTIONAL)
 foreach(page apps lib solvers test) # messages point at headings of these
   install(FILES ${page}/README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}/${page}" OPTIONAL)
 endforeach()
+install(DIRECTORY apps/tutorial DESTINATION "${CMAKE_INSTALL_DOCDIR}/apps" OPTIONAL) # which apps/README.md names

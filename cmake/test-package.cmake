@@ -38,6 +38,7 @@ function(try prefix name)
     run("${prefix}/${TOOL}" --help)
     run("${prefix}/${TOOL}" gradient "${prefix}/share/costate/models/damped_pendulum/damped_pendulum.toml" --no-files)
     require_text("${prefix}/share/man/man1/costate.1" "costate optimize")
+    require_text("${prefix}/share/doc/costate/apps/tutorial/own_force_and_cost.cpp" "MagnetLaw")
     if(PYTHON)
       run("${CMAKE_COMMAND}" -E env "PYTHONPATH=${prefix}/lib/python3/dist-packages" "${PYTHON}" -c
           "import costate; costate.Problem('${prefix}/share/costate/models/damped_pendulum/damped_pendulum.toml').gradient()")

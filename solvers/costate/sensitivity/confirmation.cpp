@@ -80,7 +80,8 @@ Apart apart(const Problem& problem, const GradientResult& a, const GradientResul
   for (std::size_t j = 0; j < b.gradient.size(); ++j) {
     const double change = std::abs(a.gradient[j] - b.gradient[j]);
     look(change * parameters[j].scale, size,
-         fmt::format("its derivative with respect to '{}' changes by {:.1e}", parameters[j].name, change));
+         fmt::format("its derivative with respect to '{}', {:.6g}, changes by {:.1e}", parameters[j].name,
+                     b.gradient[j], change));
   }
   return r;
 }

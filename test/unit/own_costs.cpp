@@ -27,7 +27,10 @@ class Work final : public CostTerm {
   }
   void add_gradient(const StateView& s, Assembly& a, double factor, ScalarGradient& g) const override {
     const double p = a.numbers()[p_], x = s.q[x_], vy = s.v[x_ + 1];
-    g.q[x_] += factor * (2 * p * x * vy + std::sin(s.t)) * by("position");
+    if (wrong_ == "factor") factor = 1;
+    const double late = s.t > 1 ? by("late") : 1, negative = x < 0 ? by("negative") : 1;
+    if (wrong_ == "set") g.q[x_] = 0;
+    g.q[x_] += factor * (2 * p * x * vy + std::sin(s.t)) * by("position") * late * negative;
     g.v[x_ + 1] += factor * p * x * x * by("velocity");
     g.add_number(a, p_, factor * x * x * vy * by("parameter"));
   }
@@ -51,19 +54,21 @@ class Work final : public CostTerm {
   std::string wrong_;
 };
 
-/// Accelerations, with or without saying so.
+/// Accelerations squared, above `still`, with or without saying so.
 class Jolt final : public DualCostTerm<Jolt> {
  public:
-  Jolt(int x, bool says) : x_(x), says_(says) {}
+  Jolt(int x, bool says, double still = 0) : x_(x), says_(says), still_(still) {}
   template <class S>
   S physics(const CostArguments<S>& at) const {
-    return at.a[x_] * at.a[x_];
+    const S& a = at.a[x_];
+    return value_of(a * a) < still_ ? S(0.0) : a * a;
   }
   bool needs_accelerations() const override { return says_; }
 
  private:
   int x_;
   bool says_;
+  double still_;
 };
 
 /// |x| x, whose second derivative jumps, and a kink in time: differences tell nothing there, and nothing is refused.
@@ -142,6 +147,10 @@ TEST_CASE("own costs: derivatives by hand are those of the value, or told with t
   refused("position", "add_gradient()", "position of 'P.x'");
   refused("velocity", "add_gradient()", "velocity of 'P.y'");
   refused("parameter", "add_gradient()", "parameter 'spring.s.stiffness_N_per_m'");
+  refused("factor", "add_gradient()", "with a factor");
+  refused("set", "add_gradient()", "with a factor");
+  refused("late", "add_gradient()", "position of 'P.x'");
+  refused("negative", "add_gradient()", "position of 'P.x'");
   refused("change", "change()", "along a direction");
   refused("second", "add_gradient_change()", "position of 'P.x'");
 }
@@ -152,6 +161,7 @@ TEST_CASE("own costs: accelerations that are not spoken of") {
   const Problem silent = h.with(std::make_shared<Jolt>(h.x, false)), says = h.with(std::make_shared<Jolt>(h.x, true));
   CHECK_THROWS_WITH(simulate(silent, rho), Contains("needs_accelerations() says that it does not"));
   CHECK_THROWS_WITH(gradient(silent, "idas-adjoint", rho), Contains("needs_accelerations()"));
+  CHECK_THROWS_WITH(simulate(h.with(std::make_shared<Jolt>(h.x, false, 9)), rho), Contains("needs_accelerations()"));
   CHECK_NOTHROW(simulate(says, rho));
   CHECK_NOTHROW(gradient(says, "idas-adjoint", rho));
 }

@@ -105,6 +105,53 @@ class Springs final : public ForceOf<Springs> {
   std::string wrong_;
 };
 
+/// -(sum of 20 numbers) x on x, and a soft -3 y on y.
+class Many final : public ForceOf<Many> {
+ public:
+  Many(std::vector<int> coordinates, std::vector<int> numbers, const char* wrong)
+      : ForceOf("many", "own"), wrong_(wrong) {
+    append_coordinates(coordinates);
+    append_numbers(numbers);
+  }
+  template <class S>
+  void physics(const S&, const S* q, const S*, const S*, const S* p, S* Q, S*) const {
+    for (std::size_t k = 0; k < numbers().size(); ++k) Q[0] -= p[k] * q[0];
+    Q[1] = -3.0 * q[1];
+  }
+  void calc_partials(const LocalState& s, ForcePartials out) const override {
+    for (std::size_t k = 0; k < numbers().size(); ++k) out.Q_q(0, 0) -= s.p[k];
+    out.Q_q(1, 1) = wrong_ == "soft" ? -6 : wrong_ == "nan" ? std::nan("") : -3;
+  }
+  void calc_number_partial(const LocalState& s, int k, double* Q_p, double*) const override {
+    Q_p[0] = wrong_ == "late" && k == 18 ? s.q[0] : -s.q[0];
+  }
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double*, const int*, int count,
+                           double* out) const override {
+    for (int i = 0; i < count; ++i)
+      if (w_Q) out[wrong_ == "first" ? 0 : i] -= w_Q[0] * s.q[0];
+  }
+
+ private:
+  std::string wrong_;
+};
+
+/// k (1 - cos x), of which the force is written without the cancellation that the template has.
+class Cancelled final : public ForceOf<Cancelled> {
+ public:
+  Cancelled(int coordinate, int number) : ForceOf("cancelled", "own") {
+    append_coordinates({coordinate});
+    append_numbers({number});
+  }
+  template <class S>
+  void physics(const S&, const S* q, const S*, const S*, const S* p, S* Q, S*) const {
+    using std::cos;
+    Q[0] = p[0] * (1.0 - cos(q[0]));
+  }
+  void calc_force(const LocalState& s, double* Q, double*) const override {
+    Q[0] = 2 * s.p[0] * std::pow(std::sin(s.q[0] / 2), 2);
+  }
+};
+
 /// x^2 y = k with everything by hand.
 class Curve final : public ConstraintOf<Curve> {
  public:
@@ -246,6 +293,29 @@ TEST_CASE("own elements: derivatives by hand are those of the element's own phys
   refused("growing", "r_v", "calc_partials", "r_v (0, 0)");
   refused("growing", "number", "calc_number_partial", "by 'k'");
   refused("growing", "constant_mass", "constant_mass", "changes by");
+}
+
+TEST_CASE("own elements: one number of many, a soft entry beside a stiff one, and no number at all") {
+  const auto build = [](const char* wrong) {
+    OwnScene s;
+    std::vector<int> numbers;
+    for (int k = 0; k < 20; ++k) numbers.push_back(s.builder.add_number("n" + std::to_string(k), 1e6));
+    s.builder.add(std::make_unique<Many>(std::vector<int>{s.x, s.builder.coordinate("P.y")}, numbers, wrong));
+    s.builder.build();
+  };
+  CHECK_NOTHROW(build("nothing"));
+  CHECK_THROWS_WITH(build("soft"), Contains("many.own") && Contains("Q_q (1, 1) is -6"));
+  CHECK_THROWS_WITH(build("nan"), Contains("many.own") && Contains("Q_q (1, 1) is nan"));
+  CHECK_THROWS_WITH(build("late"), Contains("many.own") && Contains("by 'n18'"));
+  CHECK_THROWS_WITH(build("first"), Contains("many.own") && Contains("add_number_gradient"));
+}
+
+TEST_CASE("own elements: what rounding takes from the template is no mistake") {
+  MechanismBuilder b;
+  add_free_point(b, "P", {1e-7, 0, 0, 0});
+  add_mass(b, "m", "P", 2);
+  b.add(std::make_unique<Cancelled>(b.coordinate("P.x"), b.add_number("k", 1e8)));
+  CHECK_NOTHROW(b.build());
 }
 
 TEST_CASE("own problems: options that cannot be") {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <typeindex>
 
 #include "costate/base/error.h"
@@ -14,10 +15,11 @@ namespace costate {
 
 namespace {
 
-constexpr int kElements = 2;                   // of a class
+constexpr int kElements = 8;                   // of a class
 constexpr double kDistances[] = {1e-4, 3e-2};  // from the start, relative to the largest position
-constexpr double kRelative = 1e-6, kRounding = 1e-12;
-constexpr int kNumbers = 16;  // of an element; a table can have thousands
+// Allowed: of an entry; of the largest of its row, in all blocks; of the numbers, times positions and velocities.
+constexpr double kRelative = 1e-6, kOfRow = 1e-13, kOfNumbers = 1e-15;
+constexpr std::size_t kNumbers = 400;  // of an element that are looked at, evenly; a table can have thousands
 
 using Values = std::vector<double>;
 
@@ -59,61 +61,75 @@ Place place_near_start(const Mechanism& m, const Element& e, int rows, int state
   return x;
 }
 
-/// One block both ways, column-major.
+/// One block both ways, column-major. Its rows are those of the element's vectors (r; phi, reaction; Q, zdot; weighted
+/// sums) from `first` on.
 struct Block {
   std::string what;  // "Q_q"
   const char* from;  // the function that gives it
-  std::size_t rows;
+  std::size_t rows, first;
   Values hand, dual;
 };
 
 class Comparison {
  public:
-  explicit Comparison(const Mechanism& m, const Element& e) : mechanism_(m), element_(e) {}
+  Comparison(const Mechanism& m, const Element& e, const Place& x) : mechanism_(m), element_(e) {
+    double arguments = 1, numbers = 0;
+    for (const Values* of : {&x.q, &x.v})
+      for (const double y : *of) arguments = std::max(arguments, std::abs(y));
+    for (const double y : x.p) numbers = std::max(numbers, std::abs(y));
+    rounding_ = kOfNumbers * arguments * numbers;
+  }
 
   /// fill(double* out, bool by_hand).
   template <class Fill>
-  void add(std::string what, const char* from, std::size_t rows, std::size_t columns, const Fill& fill) {
-    Block b{std::move(what), from, rows, Values(rows * columns), Values(rows * columns)};
+  void add(std::string what, const char* from, std::size_t rows, std::size_t columns, const Fill& fill,
+           std::size_t first = 0) {
+    Block b{std::move(what), from, rows, first, Values(rows * columns), Values(rows * columns)};
     fill(b.hand.data(), true);
     fill(b.dual.data(), false);
     blocks_.push_back(std::move(b));
   }
-  /// "the derivative of phi by 'spring.S.stiffness_N_per_m'".
-  std::string by_number(const char* of, int local) const {
-    const int k = element_.numbers()[count(local)];
+  /// "derivative of phi by 'spring.S.stiffness_N_per_m', entry".
+  std::string by_number(const char* of, std::size_t local) const {
+    const int k = element_.numbers()[local];
     return fmt::format("derivative of {} by '{}', entry", of, mechanism_.numbers()[count(k)].path);
   }
 
   void judge() const {
-    double all = 0;
-    for (const Block& b : blocks_) all = std::max(all, largest(b.dual));
+    Values sizes;  // of rows
     for (const Block& b : blocks_) {
-      const double allowed = kRelative * std::max(largest(b.hand), largest(b.dual)) + kRounding * all;
-      for (std::size_t i = 0; i < b.hand.size(); ++i)
-        if (std::abs(b.hand[i] - b.dual[i]) > allowed)  // false where one is no number
-          throw ModelError(
-              element_.path(),
-              fmt::format("{} is wrong: {} ({}, {}) is {:.9g}, and the element's own physics by dual numbers gives "
-                          "{:.9g}. Mend it, or leave it out: the base class derives what is not written.",
-                          b.from, b.what, i % b.rows, i / b.rows, b.hand[i], b.dual[i]));
+      sizes.resize(std::max(sizes.size(), b.first + b.rows), 0.0);
+      for (std::size_t i = 0; i < b.dual.size(); ++i)
+        if (double& size = sizes[b.first + i % b.rows]; std::isfinite(b.dual[i]))
+          size = std::max(size, std::abs(b.dual[i]));
     }
+    for (const Block& b : blocks_)
+      for (std::size_t i = 0; i < b.hand.size(); ++i) {
+        const double hand = b.hand[i], dual = b.dual[i], size = std::max(std::abs(hand), std::abs(dual));
+        if (!std::isfinite(dual) ||
+            std::abs(hand - dual) <= kRelative * size + kOfRow * sizes[b.first + i % b.rows] + rounding_)
+          continue;
+        throw ModelError(
+            element_.path(),
+            fmt::format("{} is wrong: {} ({}, {}) is {:.9g}, and the element's own physics by dual numbers gives "
+                        "{:.9g}. Mend it, or leave it out: the base class derives what is not written.",
+                        b.from, b.what, i % b.rows, i / b.rows, hand, dual));
+      }
   }
 
  private:
-  static double largest(const Values& x) {
-    double size = 0;
-    for (const double y : x)
-      if (std::isfinite(y)) size = std::max(size, std::abs(y));
-    return size;
-  }
-
   const Mechanism& mechanism_;
   const Element& element_;
+  double rounding_ = 0;
   std::vector<Block> blocks_;
 };
 
-int looked_at(const Element& e) { return std::min(kNumbers, static_cast<int>(e.numbers().size())); }
+/// Calls f(k) of the numbers that are looked at.
+template <class F>
+void for_numbers(const Element& e, const F& f) {
+  const std::size_t n = e.numbers().size(), stride = (n + kNumbers - 1) / kNumbers;
+  for (std::size_t k = 0; k < n; k += stride) f(k);
+}
 
 void compare(Comparison& c, const Body& e, const Place& x) {
   const std::size_t n = x.q.size();
@@ -131,10 +147,12 @@ void compare(Comparison& c, const Body& e, const Place& x) {
       LocalMatrix &r_q = of_v ? rest : mine, &r_v = of_v ? mine : rest;
       hand ? e.calc_partials(s, r_q, r_v) : e.Body::calc_partials(s, r_q, r_v);
     });
-  for (int k = 0; k < looked_at(e); ++k)
-    c.add(c.by_number("r", k), "calc_number_partial", n, 1, [&](double* out, bool hand) {
+  for_numbers(e, [&](std::size_t at) {
+    const int k = static_cast<int>(at);
+    c.add(c.by_number("r", at), "calc_number_partial", n, 1, [&](double* out, bool hand) {
       hand ? e.calc_number_partial(s, k, out) : e.Body::calc_number_partial(s, k, out);
     });
+  });
 }
 
 void compare(Comparison& c, const Constraint& e, const Place& x) {
@@ -151,33 +169,52 @@ void compare(Comparison& c, const Constraint& e, const Place& x) {
           [&](double* out, bool hand) { hand ? e.calc_phi_t(s, out) : e.Constraint::calc_phi_t(s, out); });
   c.add("entry", "calc_bias", m, 1,
         [&](double* out, bool hand) { hand ? e.calc_bias(s, out) : e.Constraint::calc_bias(s, out); });
-  c.add("entry", "calc_hessian", n, n, [&](double* out, bool hand) {
-    LocalMatrix hessian(out, n, n);
-    hand ? e.calc_hessian(s, hessian) : e.Constraint::calc_hessian(s, hessian);
-  });
+  c.add(
+      "entry", "calc_hessian", n, n,
+      [&](double* out, bool hand) {
+        LocalMatrix hessian(out, n, n);
+        hand ? e.calc_hessian(s, hessian) : e.Constraint::calc_hessian(s, hessian);
+      },
+      m);
   const auto partial = [&](const char* what, std::size_t rows, int which) {
-    c.add(what, "calc_partials", rows, n, [&, which](double* out, bool hand) {
-      Values all[3] = {Values(n * n), Values(m * n), Values(m * n)};
-      LocalMatrix h(all[0].data(), n, n), d(all[1].data(), m, n), dd(all[2].data(), m, n);
-      hand ? e.calc_partials(s, h, d, dd) : e.Constraint::calc_partials(s, h, d, dd);
-      std::copy(all[which].begin(), all[which].end(), out);
-    });
+    c.add(
+        what, "calc_partials", rows, n,
+        [&, which](double* out, bool hand) {
+          Values all[3] = {Values(n * n), Values(m * n), Values(m * n)};
+          LocalMatrix h(all[0].data(), n, n), d(all[1].data(), m, n), dd(all[2].data(), m, n);
+          hand ? e.calc_partials(s, h, d, dd) : e.Constraint::calc_partials(s, h, d, dd);
+          std::copy(all[which].begin(), all[which].end(), out);
+        },
+        which == 0 ? m : 0);
   };
   partial("hessian", n, 0);
   partial("phid_q", m, 1);
   partial("phidd_q", m, 2);
-  const Values w0 = generic(m, 21), w1 = generic(m, 22), w2 = generic(m, 23), wr = generic(n, 24);
-  const ConstraintWeights weights{w0.data(), w1.data(), w2.data(), wr.data()};
-  for (int k = 0; k < looked_at(e); ++k) {
-    c.add(c.by_number("phi, phidot, phiddot and the reaction, one below the other,", k), "calc_number_partial",
-          3 * m + n, 1, [&](double* out, bool hand) {
-            hand ? e.calc_number_partial(s, k, out, out + m, out + 2 * m, out + 3 * m)
-                 : e.Constraint::calc_number_partial(s, k, out, out + m, out + 2 * m, out + 3 * m);
-          });
-    c.add(c.by_number("a weighted sum", k), "calc_number_gradient", 1, 1, [&](double* out, bool hand) {
-      *out = hand ? e.calc_number_gradient(s, k, weights) : e.Constraint::calc_number_gradient(s, k, weights);
-    });
-  }
+  const Values w = generic(std::max(m, n), 21), none(std::max(m, n));
+  for_numbers(e, [&](std::size_t at) {
+    const int k = static_cast<int>(at);
+    Values hand(3 * m + n), dual(3 * m + n);
+    e.calc_number_partial(s, k, hand.data(), hand.data() + m, hand.data() + 2 * m, hand.data() + 3 * m);
+    e.Constraint::calc_number_partial(s, k, dual.data(), dual.data() + m, dual.data() + 2 * m, dual.data() + 3 * m);
+    const char* names[4] = {"phi", "phidot", "phiddot", "the reaction"};
+    for (std::size_t which = 0; which < 4; ++which) {
+      const std::size_t rows = which < 3 ? m : n, first = which * m;
+      c.add(
+          c.by_number(names[which], at), "calc_number_partial", rows, 1,
+          [&](double* out, bool by_hand) {
+            const Values& from = by_hand ? hand : dual;
+            std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(first), rows, out);
+          },
+          which < 3 ? 0 : m);
+      const auto weight = [&](std::size_t of) { return of == which ? w.data() : none.data(); };
+      const ConstraintWeights weights{weight(0), weight(1), weight(2), which == 3 ? w.data() : nullptr};
+      c.add(c.by_number(fmt::format("a weighted sum of {}", names[which]).c_str(), at), "calc_number_gradient", 1, 1,
+            [&](double* out, bool by_hand) {
+              *out =
+                  by_hand ? e.calc_number_gradient(s, k, weights) : e.Constraint::calc_number_gradient(s, k, weights);
+            });
+    }
+  });
 }
 
 void compare(Comparison& c, const Force& e, const Place& x) {
@@ -188,35 +225,50 @@ void compare(Comparison& c, const Force& e, const Place& x) {
   const std::size_t sizes[6] = {n * n, n * n, n * nz, nz * n, nz * n, nz * nz};
   const char* names[6] = {"Q_q", "Q_v", "Q_z", "f_q", "f_v", "f_z"};
   for (int which = 0; which < (nz ? 6 : 2); ++which)
-    c.add(names[which], "calc_partials", which < 3 ? n : nz, which % 3 < 2 ? n : nz, [&](double* out, bool hand) {
-      Values all[6];
-      for (int i = 0; i < 6; ++i) all[i].resize(sizes[i]);
-      LocalMatrix Qq(all[0].data(), n, n), Qv(all[1].data(), n, n), Qz(all[2].data(), n, nz), fq(all[3].data(), nz, n),
-          fv(all[4].data(), nz, n), fz(all[5].data(), nz, nz);
-      const ForcePartials to{Qq, Qv, Qz, fq, fv, fz};
-      hand ? e.calc_partials(s, to) : e.Force::calc_partials(s, to);
-      std::copy(all[which].begin(), all[which].end(), out);
-    });
-  const Values w_Q = generic(n, 21), w_f = generic(nz, 22);
-  for (int k = 0; k < looked_at(e); ++k) {
+    c.add(
+        names[which], "calc_partials", which < 3 ? n : nz, which % 3 < 2 ? n : nz,
+        [&](double* out, bool hand) {
+          Values all[6];
+          for (int i = 0; i < 6; ++i) all[i].resize(sizes[i]);
+          LocalMatrix Qq(all[0].data(), n, n), Qv(all[1].data(), n, n), Qz(all[2].data(), n, nz),
+              fq(all[3].data(), nz, n), fv(all[4].data(), nz, n), fz(all[5].data(), nz, nz);
+          const ForcePartials to{Qq, Qv, Qz, fq, fv, fz};
+          hand ? e.calc_partials(s, to) : e.Force::calc_partials(s, to);
+          std::copy(all[which].begin(), all[which].end(), out);
+        },
+        which < 3 ? 0 : n);
+  // All numbers at once, added to what is there: by one or the other weights, whose sums have sizes of their own.
+  const Values w = generic(n + nz, 21);
+  const std::size_t np = e.numbers().size();
+  constexpr double there = 0.5;
+  std::vector<int> all(np);
+  std::iota(all.rbegin(), all.rend(), 0);  // not in order
+  Values of_Q(np, there), of_f(np, there);
+  e.add_number_gradient(s, w.data(), nullptr, all.data(), static_cast<int>(np), of_Q.data());
+  if (nz) e.add_number_gradient(s, nullptr, w.data() + n, all.data(), static_cast<int>(np), of_f.data());
+  for_numbers(e, [&](std::size_t at) {
+    const int k = static_cast<int>(at);
     Values dual(n + nz);
     e.Force::calc_number_partial(s, k, dual.data(), dual.data() + n);
-    c.add(c.by_number("Q and zdot, one below the other,", k), "calc_number_partial", n + nz, 1,
+    c.add(c.by_number("Q and zdot, one below the other,", at), "calc_number_partial", n + nz, 1,
           [&](double* out, bool hand) {
             if (hand)
               e.calc_number_partial(s, k, out, out + n);
             else
               std::copy(dual.begin(), dual.end(), out);
           });
-    c.add(c.by_number("a weighted sum", k), "add_number_gradient", 1, 1, [&](double* out, bool hand) {
-      if (hand) {
-        e.add_number_gradient(s, w_Q.data(), nz ? w_f.data() : nullptr, &k, 1, out);
-        return;
-      }
-      for (std::size_t i = 0; i < n; ++i) *out += w_Q[i] * dual[i];
-      for (std::size_t i = 0; i < nz; ++i) *out += w_f[i] * dual[n + i];
-    });
-  }
+    for (const bool states : {false, true}) {
+      if (states && !nz) continue;
+      c.add(
+          c.by_number(states ? "a weighted sum of zdot" : "a weighted sum of Q", at), "add_number_gradient", 1, 1,
+          [&](double* out, bool hand) {
+            *out = hand ? (states ? of_f : of_Q)[np - 1 - at] : there;
+            if (hand) return;
+            for (std::size_t i = states ? n : 0; i < (states ? n + nz : n); ++i) *out += w[i] * dual[i];
+          },
+          n + nz);
+    }
+  });
 }
 
 /// Of what an element says of itself beside its derivatives; `near` and `far` are two of its states.
@@ -290,7 +342,7 @@ void check_all(const Mechanism& m, const std::vector<std::unique_ptr<Kind>>& ele
     for (int which : {0, 1}) places[which] = place_near_start(m, e, rows, states, which);
     bool all = true;
     for (const Place& x : places) {
-      Comparison c(m, e);
+      Comparison c(m, e, x);
       try {
         compare(c, e, x);
       } catch (const std::exception&) {

@@ -13,9 +13,11 @@ enum class ElementsChecked {
 
 /// Throws ModelError at an element's path, with the block, its entry and both values: where a block that its class
 /// overrides is not the derivative of its residual(), phi() or force(); where a mass or force is said to be constant
-/// and is not; where it acts within its region of rest. Of each class two elements are looked at, each in two states
+/// and is not; where it acts within its region of rest. Of each class eight elements are looked at, each in two states
 /// near the start, velocities and multipliers of order one; a state that the element refuses tells nothing.
-/// Allowed: 1e-6 of the block's largest entry, and 1e-12 of the element's largest, which is rounding.
+/// Allowed: 1e-6 of an entry, 1e-13 of the largest entry of its row in all blocks, and 1e-15 of the largest number,
+/// which is rounding: a damping beside a stiffness 1e10 times as large can be wrong unseen, as can what acts elsewhere
+/// only.
 void check_derivatives(const Mechanism& mechanism, ElementsChecked which = ElementsChecked::of_users);
 
 }  // namespace costate

@@ -96,39 +96,65 @@ class TermCheck {
         point_(assembly, rho),
         accelerations_(term.needs_accelerations()) {}
 
-  void check_promise() {
-    if (accelerations_) return;
-    const Vector x = point_.values();
+  /// What is wrong with it, or nothing.
+  std::string check_promise() {
+    if (!accelerations_) at_places([&](const Vector& x, double t) { look_at_promise(x, t); });
+    return told_;
+  }
+  std::string check_derivatives() {
+    at_places([&](const Vector& x, double t) { look_at_derivatives(x, t); });
+    return told_;
+  }
+
+ private:
+  /// At a few times, near the start, a little away, and on the other side of zero. One that the term refuses tells
+  /// nothing.
+  template <class F>
+  void at_places(const F& look) {
+    const int n = assembly_.n();
+    const Vector start = point_.values();
+    for (const double t : {0.37, 1.61, 13.0}) {
+      Vector x = start;
+      if (t > 1)
+        x.head(n) =
+            t > 10 ? Vector(-x.head(n)) : Vector(x.head(n) + 0.1 * x.head(n).cwiseAbs().maxCoeff() * generic(n, 9));
+      if (t > 1) x.segment(n, 2 * n + assembly_.m()) *= t > 10 ? 30 : -2;
+      try {
+        look(x, t);
+      } catch (const std::exception&) {
+      }
+      if (!told_.empty()) return;
+    }
+  }
+
+  void look_at_promise(const Vector& x, double t) {
     const int n = assembly_.n();
     Vector other = x;
     other.segment(2 * n, n + assembly_.m()) *= -0.7;
-    const double a = value(x, kTime, true), b = value(other, kTime, true);
+    const double a = value(x, t, true), b = value(other, t, true);
     if (a != b && std::isfinite(a) && std::isfinite(b))
-      throw Error(
-          fmt::format("{} changes with accelerations or multipliers (from {:.9g} to {:.9g}), and its "
-                      "needs_accelerations() says that it does not.",
-                      name_, a, b));
+      told_ = fmt::format(
+          "{} changes with accelerations or multipliers (from {:.9g} to {:.9g}), and its needs_accelerations() says "
+          "that it does not.",
+          name_, a, b);
   }
 
-  void check_derivatives() {
-    const Vector x = point_.values();
-    const Vector g = gradient(x, kTime);
-    const double rounding = 1e-9 * (std::abs(value(x, kTime, accelerations_)) + g.cwiseAbs().maxCoeff());
+  void look_at_derivatives(const Vector& x, double t) {
+    const Vector g = gradient(x, t), more = gradient(x, t, 0.7, &g);
+    const double rounding = 1e-9 * (std::abs(value(x, t, accelerations_)) + g.cwiseAbs().maxCoeff());
     const int stride = std::max(1, point_.size() / kArguments);
     for (int i = 0; i < point_.size(); i += stride) {
       const auto along = [&](double h) {
         Vector y = x;
         y[i] += h;
-        return Vector::Constant(1, value(y, kTime, accelerations_));
+        return Vector::Constant(1, value(y, t, accelerations_));
       };
       if (const auto d = derivative(along, std::max(1e-3, std::abs(x[i]))))
         judge("add_gradient", "by " + point_.name(i), g[i], (*d)[0], rounding);
+      judge("add_gradient", "with a factor, beside what is there, by " + point_.name(i), more[i], 1.7 * g[i], 0);
     }
-    check_along(x, rounding);
+    look_along(x, t, rounding);
   }
-
- private:
-  static constexpr double kTime = 0.37;  // s
 
   double value(const Vector& x, double t, bool accelerations) {
     return point_.at(x, t, accelerations, [&](const StateView& s) { return term_.value(s, assembly_); });
@@ -138,16 +164,23 @@ class TermCheck {
     r << g.q, g.v, g.a, g.lambda, g.z, g.rho;
     return r;
   }
-  Vector gradient(const Vector& x, double t) {
+  /// Added to what is `there`, or to nothing.
+  Vector gradient(const Vector& x, double t, double factor = 1, const Vector* there = nullptr) {
     ScalarGradient g;
     g.resize(assembly_);
     g.set_zero();
-    point_.at(x, t, accelerations_, [&](const StateView& s) { term_.add_gradient(s, assembly_, 1, g); });
+    Eigen::Index at = 0;
+    if (there)
+      for (Eigen::VectorXd* of : {&g.q, &g.v, &g.a, &g.lambda, &g.z, &g.rho}) {
+        *of = there->segment(at, of->size());
+        at += of->size();
+      }
+    point_.at(x, t, accelerations_, [&](const StateView& s) { term_.add_gradient(s, assembly_, factor, g); });
     return flat(g);
   }
 
   /// change() and add_gradient_change() along one direction; a term need not have them.
-  void check_along(const Vector& x, double rounding) {
+  void look_along(const Vector& x, double t, double rounding) {
     const int n = assembly_.n(), m = assembly_.m();
     Vector d = generic(point_.size(), 7);
     d.tail(assembly_.np()).array() *= x.tail(assembly_.np()).array();
@@ -167,14 +200,14 @@ class TermCheck {
     const auto moved = [&](double h) { return Vector(x + h * d); };
     const auto found = [&](const auto& f) -> std::optional<decltype(f(StateView()))> {
       try {
-        return point_.at(x, kTime, accelerations_, f);
+        return point_.at(x, t, accelerations_, f);
       } catch (const CapabilityError&) {
         return std::nullopt;
       }
     };
     if (const auto change = found([&](const StateView& s) { return term_.change(s, assembly_, variation); })) {
       const auto along = [&](double h) {
-        return Vector::Constant(1, value(moved(h), kTime + h * time_rate, accelerations_));
+        return Vector::Constant(1, value(moved(h), t + h * time_rate, accelerations_));
       };
       if (const auto expected = derivative(along, 1))
         judge("change", "along a direction", *change, (*expected)[0], rounding);
@@ -187,25 +220,25 @@ class TermCheck {
       return flat(g);
     });
     if (!change) return;
-    const auto expected = derivative([&](double h) { return gradient(moved(h), kTime + h * time_rate); }, 1);
+    const auto expected = derivative([&](double h) { return gradient(moved(h), t + h * time_rate); }, 1);
     if (!expected) return;
     const double size = rounding + 1e-9 * expected->cwiseAbs().maxCoeff();
     for (int i = 0; i < point_.size(); ++i)
       judge("add_gradient_change", "by " + point_.name(i), (*change)[i], (*expected)[i], size);
   }
 
-  void judge(const char* function, const std::string& of, double found, double expected, double rounding) const {
-    if (!std::isfinite(found) ||
+  void judge(const char* function, const std::string& of, double found, double expected, double rounding) {
+    if (!told_.empty() || !std::isfinite(found) ||
         std::abs(found - expected) <= kAllowed * std::max(std::abs(found), std::abs(expected)) + rounding)
       return;
-    throw Error(
-        fmt::format("{}: {}() is wrong: {} it gives {:.9g}, and differences of what it is the derivative of give "
-                    "{:.9g}. Derived from DualCostTerm, a cost has its derivatives from its formula.",
-                    name_, function, of, found, expected));
+    told_ = fmt::format(
+        "{}: {}() is wrong: {} it gives {:.9g}, and differences of what it is the derivative of give "
+        "{:.9g}. Derived from DualCostTerm, a cost has its derivatives from its formula.",
+        name_, function, of, found, expected);
   }
 
   const CostTerm& term_;
-  std::string name_;
+  std::string name_, told_;
   Assembly& assembly_;
   Point point_;
   bool accelerations_;
@@ -220,7 +253,7 @@ bool is_of_user(const CostTerm& term) {
   return !is_of_library(typeid(output)) || (target && !is_of_library(typeid(*target)));
 }
 
-/// check(TermCheck&) of each term of users' that `chosen` takes.
+/// Throws what check(TermCheck&) tells of terms of users' that `chosen` takes.
 template <class Chosen, class Check>
 void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
                         const Objective& objective, const std::vector<double>& rho, const Chosen& chosen,
@@ -233,10 +266,7 @@ void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const
       if (!is_of_user(own) || !chosen(own)) continue;
       if (!assembly) assembly = std::make_unique<Assembly>(mechanism, parameters);
       TermCheck term(own, fmt::format("The {} cost's term {}", running ? "running" : "terminal", i), *assembly, rho);
-      try {
-        check(term);
-      } catch (const CapabilityError&) {  // an output without derivatives: a run that needs them says so
-      }
+      if (const std::string wrong = check(term); !wrong.empty()) throw Error(wrong);
     }
   }
 }
@@ -247,14 +277,14 @@ void check_cost_promises(const std::shared_ptr<const Mechanism>& mechanism, cons
                          const Objective& objective, const std::vector<double>& rho) {
   for_terms_of_users(
       mechanism, parameters, objective, rho, [](const CostTerm& t) { return !t.needs_accelerations(); },
-      [](TermCheck& t) { t.check_promise(); });
+      [](TermCheck& t) { return t.check_promise(); });
 }
 
 void check_cost_derivatives(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
                             const Objective& objective, const std::vector<double>& rho) {
   for_terms_of_users(
       mechanism, parameters, objective, rho, [](const CostTerm& t) { return !t.derivatives_seen.exchange(true); },
-      [](TermCheck& t) { t.check_derivatives(); });
+      [](TermCheck& t) { return t.check_derivatives(); });
 }
 
 }  // namespace costate

@@ -9,7 +9,8 @@
 
 namespace costate {
 
-// Looked at are terms whose class, or whose output's class, is not of namespace costate, in one state near the start.
+// Looked at are terms whose class, or whose output's class, is not of namespace costate, in three
+// states: near the start, away from it, and on the other side of zero, at times up to 13 s.
 
 /// Throws Error where a term changes with accelerations or multipliers though needs_accelerations() is false: they need
 /// not be those of the motion then.

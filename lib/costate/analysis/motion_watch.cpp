@@ -65,6 +65,7 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
   length_part_ = angle_part_ = row_size_;
   redundant_.assign(m, 0);
   distances_.assign(m, 1);
+  farthest_.assign(m, 0);
   q_.assign(n, 0);
   v_.assign(n, 0);
   // Two branches of a motion at a distance d from each other violate the constraints by d^2 between them, and the rows
@@ -194,6 +195,7 @@ void MotionWatch::sample(double t, const double* q, const double* v) {
   assembly_.calc_constraints(s);
   calc_distances(distances_);
   look_at_drift(t, v);
+  for (std::size_t i = 0; i < distances_.size(); ++i) farthest_[i] = std::max(farthest_[i], distances_[i]);
   if (samples_.size() < 3)
     samples_.emplace_back();
   else
@@ -237,6 +239,9 @@ void MotionWatch::calc_distances(std::vector<double>& out) {
 
 void MotionWatch::look_for_minima(bool at_end) {
   if (samples_.size() < 2) return;
+  // Near a place where the motion turns round steps may be so short that distances hardly change over one.
+  constexpr double kDip = 1e-2;
+  const auto is_dip = [&](std::size_t i, double d) { return d < rank_limit_ && d < kDip * farthest_[i]; };
   const std::size_t last = samples_.size() - 1;
   std::vector<int> rows;
   double from = samples_[last - 1].t;
@@ -257,7 +262,7 @@ void MotionWatch::look_for_minima(bool at_end) {
     if (samples_.size() == 2) {  // beside the start
       if (may_vanish(b, c)) rows.push_back(static_cast<int>(i));
     } else if (const double a = samples_[last - 2].distance[i];
-               b <= a && std::max(a, c) > 1.2 * b && may_vanish(b, std::max(a, c))) {
+               b <= a && (is_dip(i, b) || (std::max(a, c) > 1.2 * b && may_vanish(b, std::max(a, c))))) {
       from = samples_[last - 2].t;
       rows.push_back(static_cast<int>(i));
     }

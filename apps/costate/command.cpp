@@ -81,13 +81,13 @@ void add_jobs_option(Command& c, int& jobs, const std::string& what) {
 }
 
 Scene load_scene(const CommonOptions& options) {
+  std::vector<std::pair<std::string, std::string>> values;
   for (const auto& o : options.overrides) {
     const auto equals = o.find('=');
     if (equals == std::string::npos || equals == 0)
       throw Error(fmt::format("--set needs PATH=VALUE, found '{}'. Example: --set run.t_end_s=2.", o));
+    values.emplace_back(o.substr(0, equals), o.substr(equals + 1));
   }
-  std::vector<std::pair<std::string, std::string>> values;
-  for (const auto& o : options.overrides) values.emplace_back(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
   Scene scene = options.ready ? options.ready->with_overrides(values) : Scene::load(options.scene, options.overrides);
   if (options.case_name.empty()) return scene;
   try {

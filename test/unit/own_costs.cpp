@@ -155,6 +155,21 @@ TEST_CASE("own costs: derivatives by hand are those of the value, or told with t
   refused("second", "add_gradient_change()", "position of 'P.x'");
 }
 
+TEST_CASE("own costs: what was refused once is refused again") {
+  const Hanging h;
+  const auto rho = h.rho();
+  const Problem wrong = h.with(std::make_shared<Work>(h.x, h.k, "position"));
+  for (int again : {0, 1}) {
+    INFO(again);
+    CHECK_THROWS_WITH(gradient(wrong, "idas-adjoint", rho), Contains("add_gradient()"));
+  }
+  const Problem silent = h.with(std::make_shared<Jolt>(h.x, false));
+  for (int again : {0, 1}) {
+    INFO(again);
+    CHECK_THROWS_WITH(simulate(silent, rho), Contains("needs_accelerations()"));
+  }
+}
+
 TEST_CASE("own costs: accelerations that are not spoken of") {
   const Hanging h;
   const auto rho = h.rho();

@@ -117,12 +117,13 @@ class MotionWatch {
   RowProducts products_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
   bool analyzed_ = false;
-  Point first_;                                       // the start, where rows are redundant there
-  int first_rank_ = -1;                               // their rank, once it is asked for
-  std::vector<Point> ring_;                           // of the last steps
-  std::size_t points_ = 0;                            // ever put into it
-  std::vector<Sample> samples_;                       // the last three, oldest first
-  std::vector<double> q_, v_, distances_, farthest_;  // the largest distances so far
+  Point first_;                  // the start, where rows are redundant there
+  int first_rank_ = -1;          // their rank, once it is asked for
+  std::vector<Point> ring_;      // of the last steps
+  std::size_t points_ = 0;       // ever put into it
+  std::vector<Sample> samples_;  // the last three, oldest first
+  std::vector<double> q_, v_, distances_;
+  std::vector<double> farthest_;  // the largest distances so far
   std::vector<double> phid_;
   Drift worst_position_, worst_velocity_;
   double worst_speed_ = 0, speed_ = 0;

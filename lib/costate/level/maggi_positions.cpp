@@ -53,14 +53,14 @@ double MaggiPositions::largest(const double* x) const {
   for (int i = 0; i < n_; ++i) {
     if (!std::isfinite(x[i])) return std::numeric_limits<double>::infinity();
     if (constrained_[static_cast<std::size_t>(i)])
-      r = std::max(r, std::abs(x[i]) * measure_[static_cast<std::size_t>(i)]);
+      r = std::max(r, std::abs(x[i]) * measure(static_cast<std::size_t>(i)));
   }
   return r;
 }
 
 double MaggiPositions::distance_between(const std::vector<double>& a, const std::vector<double>& b) const {
   double r = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) r = std::max(r, std::abs(a[i] - b[i]) * measure_[i]);
+  for (std::size_t i = 0; i < a.size(); ++i) r = std::max(r, std::abs(a[i] - b[i]) * measure(i));
   return r;
 }
 
@@ -92,11 +92,9 @@ void MaggiPositions::begin(const StateView& from, const MaggiCharts::Chart* choi
                none = kRounding * extent;
   scale_ = high - low > none ? high - low : any && std::abs(high) > none ? std::abs(high) : extent;
   sizes_.resize(weight_.size());
-  measure_.resize(weight_.size());
   for (int i = 0; i < n_; ++i) {
     weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
     sizes_[i] = scale_ / weight_[i];
-    measure_[i] = std::min(1.0, weight_[i]);
   }
 
   dropped_factorizations_ = factorizations();
@@ -314,7 +312,7 @@ int MaggiPositions::parts_to(double t, const double* y) {
   const auto& independent = chart().independent();
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (const auto i = static_cast<std::size_t>(independent[k]); constrained_[i])
-      way = std::max(way, std::abs(y[k] - q_[i]) * measure_[i]);
+      way = std::max(way, std::abs(y[k] - q_[i]) * measure(i));
   return static_cast<int>(std::min(way / (kFarthest * scale_), kMostParts));
 }
 

@@ -37,7 +37,7 @@ class MaggiPositions {
   bool solve_by_factors_of(const MaggiPositions& other, double t, const double* y, const double* yd,
                            std::vector<double>& v);
   /// Finds q at a time between what was remembered and the last positions, with the rates at both as the guide, as
-  /// solve() does; false where these lead to no positions near by, and nothing has changed.
+  /// solve() does; false where these lead to no positions near by.
   bool solve_between(double t, const double* y);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
@@ -122,6 +122,7 @@ class MaggiPositions {
   /// The largest entry of changes x of the coordinates that constraints have, in m: angles count with the mechanism's
   /// size where it is small, else as they are.
   double largest(const double* x) const;
+  double measure(std::size_t i) const { return std::min(1.0, weight_[i]); }
   /// The same of the difference of all coordinates.
   double distance_between(const std::vector<double>& a, const std::vector<double>& b) const;
 
@@ -136,7 +137,6 @@ class MaggiPositions {
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
   bool branches_ = true;           // whether positions may have others beside them; contacts alone have no others
   double scale_ = 1;               // size of the mechanism, m
-  std::vector<double> measure_;    // see largest()
   std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
   std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_, reactions_;
   int factored_chart_ = -1;

@@ -19,7 +19,7 @@ bool MaggiPositions::driven() const {
 double MaggiPositions::moved_since(const std::vector<double>& q) const {
   double moved = 0;
   for (std::size_t i = 0; i < q_.size(); ++i)
-    if (constrained_[i]) moved = std::max(moved, std::abs(q_[i] - q[i]) * measure_[i]);
+    if (constrained_[i]) moved = std::max(moved, std::abs(q_[i] - q[i]) * measure(i));
   return moved;
 }
 
@@ -48,17 +48,13 @@ bool MaggiPositions::solve_between(double t, const double* y) {
   if (!(s > 0 && s < 1) || !from.accelerated || !to.accelerated ||
       !(h * std::max(largest(from.v.data()), largest(to.v.data())) <= kBetween * scale_))
     return false;
-  const std::vector<double> before = q_;
   // Hermite's polynomial of fifth degree: q, v, a at both ends.
   const double r = 1 - s, s3 = s * s * s, r3 = r * r * r;
   for (std::size_t i = 0; i < q_.size(); ++i)
     q_[i] = r3 * ((1 + 3 * s + 6 * s * s) * from.q[i] + h * s * ((1 + 3 * s) * from.v[i] + h * s / 2 * from.a[i])) +
             s3 * ((1 + 3 * r + 6 * r * r) * to.q[i] - h * r * ((1 + 3 * r) * to.v[i] - h * r / 2 * to.a[i]));
   guessed_ = q_;
-  if (!newton(t, y) || moved_since(guessed_) > kNear * scale_) {
-    q_ = before;
-    return false;
-  }
+  if (!newton(t, y) || moved_since(guessed_) > kNear * scale_) return false;
   take_solved(t);
   return true;
 }

@@ -23,8 +23,7 @@ struct FirstRows {
 
 FirstRows first_rows(const std::shared_ptr<const Mechanism>& mechanism) {
   Assembly assembly(mechanism, ParameterSelection{});
-  std::vector<double> q;
-  for (const auto& c : mechanism->coordinates()) q.push_back(mechanism->numbers()[c.position_number].value);
+  const std::vector<double> q = mechanism->first_positions();
   StateView s;
   s.q = s.v = q.data();
   assembly.calc_mass(s);

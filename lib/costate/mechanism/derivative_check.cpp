@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <typeindex>
 
 #include "costate/base/error.h"
+#include "costate/base/generic_numbers.h"
 #include "costate/base/library_class.h"
 
 namespace costate {
@@ -23,14 +25,7 @@ constexpr std::size_t kNumbers = 400;  // of an element that are looked at, even
 
 using Values = std::vector<double>;
 
-std::size_t count(int n) { return static_cast<std::size_t>(n); }
-
-/// Numbers between -1 and 1 without a pattern.
-Values generic(std::size_t n, int seed) {
-  Values w(n);
-  for (std::size_t i = 0; i < n; ++i) w[i] = std::sin(2.3 * static_cast<double>(i + 1) + 1.7 * seed);
-  return w;
-}
+std::size_t index(int n) { return static_cast<std::size_t>(n); }
 
 /// The local arguments of one element.
 struct Place {
@@ -39,25 +34,24 @@ struct Place {
   LocalState view() const { return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()}; }
 };
 
-Place place_near_start(const Mechanism& m, const Element& e, int rows, int states, int which) {
-  const auto& numbers = m.numbers();
+/// `q`: positions of all coordinates at the start.
+Place place_near_start(const Mechanism& m, const Values& q, const Element& e, int rows, int states, int which) {
   Place x;
   x.t = which == 0 ? 0.37 : 1.61;
   double size = 0;
   for (const int i : e.coordinates()) {
-    const Coordinate& c = m.coordinates()[count(i)];
-    x.q.push_back(numbers[count(c.position_number)].value);
+    x.q.push_back(q[index(i)]);
     size = std::max(size, std::abs(x.q.back()));
   }
   if (size == 0) size = 1;
   const std::size_t n = x.q.size();
-  const Values away = generic(n, 3 + which);
+  const Values away = generic_numbers(n, 3 + which);
   for (std::size_t i = 0; i < n; ++i) x.q[i] += kDistances[which] * size * away[i];
-  x.v = generic(n, 5 + which);
-  x.a = generic(n, 7 + which);
-  x.lambda = generic(count(rows), 9 + which);
-  x.z = generic(count(states), 11 + which);
-  for (const int k : e.numbers()) x.p.push_back(numbers[count(k)].value);
+  x.v = generic_numbers(n, 5 + which);
+  x.a = generic_numbers(n, 7 + which);
+  x.lambda = generic_numbers(index(rows), 9 + which);
+  x.z = generic_numbers(index(states), 11 + which);
+  for (const int k : e.numbers()) x.p.push_back(m.numbers()[index(k)].value);
   return x;
 }
 
@@ -80,19 +74,22 @@ class Comparison {
     rounding_ = kOfNumbers * arguments * numbers;
   }
 
-  /// fill(double* out, bool by_hand).
+  void add(std::string what, const char* from, std::size_t rows, std::size_t first, Values hand, Values dual) {
+    blocks_.push_back({std::move(what), from, rows, first, std::move(hand), std::move(dual)});
+  }
+  /// The same with fill(double* out, bool by_hand).
   template <class Fill>
-  void add(std::string what, const char* from, std::size_t rows, std::size_t columns, const Fill& fill,
-           std::size_t first = 0) {
-    Block b{std::move(what), from, rows, first, Values(rows * columns), Values(rows * columns)};
-    fill(b.hand.data(), true);
-    fill(b.dual.data(), false);
-    blocks_.push_back(std::move(b));
+  void fill(std::string what, const char* from, std::size_t rows, std::size_t columns, std::size_t first,
+            const Fill& fill) {
+    Values hand(rows * columns), dual(rows * columns);
+    fill(hand.data(), true);
+    fill(dual.data(), false);
+    add(std::move(what), from, rows, first, std::move(hand), std::move(dual));
   }
   /// "derivative of phi by 'spring.S.stiffness_N_per_m', entry".
-  std::string by_number(const char* of, std::size_t local) const {
+  std::string by_number(const std::string& of, std::size_t local) const {
     const int k = element_.numbers()[local];
-    return fmt::format("derivative of {} by '{}', entry", of, mechanism_.numbers()[count(k)].path);
+    return fmt::format("derivative of {} by '{}', entry", of, mechanism_.numbers()[index(k)].path);
   }
 
   void judge() const {
@@ -131,26 +128,33 @@ void for_numbers(const Element& e, const F& f) {
   for (std::size_t k = 0; k < n; k += stride) f(k);
 }
 
+Values part(const Values& x, std::size_t first, std::size_t size) {
+  const auto at = x.begin() + static_cast<std::ptrdiff_t>(first);
+  return {at, at + static_cast<std::ptrdiff_t>(size)};
+}
+
 void compare(Comparison& c, const Body& e, const Place& x) {
   const std::size_t n = x.q.size();
   const LocalState s = x.view();
-  c.add("entry", "calc_mass", n, n, [&](double* out, bool hand) {
+  c.fill("entry", "calc_mass", n, n, 0, [&](double* out, bool by_hand) {
     LocalMatrix M(out, n, n);
-    hand ? e.calc_mass(s, M) : e.Body::calc_mass(s, M);
+    by_hand ? e.calc_mass(s, M) : e.Body::calc_mass(s, M);
   });
-  c.add("entry", "calc_force", n, 1,
-        [&](double* out, bool hand) { hand ? e.calc_force(s, out) : e.Body::calc_force(s, out); });
-  for (const bool of_v : {false, true})
-    c.add(of_v ? "r_v" : "r_q", "calc_partials", n, n, [&](double* out, bool hand) {
-      Values other(n * n);
-      LocalMatrix mine(out, n, n), rest(other.data(), n, n);
-      LocalMatrix &r_q = of_v ? rest : mine, &r_v = of_v ? mine : rest;
-      hand ? e.calc_partials(s, r_q, r_v) : e.Body::calc_partials(s, r_q, r_v);
-    });
+  c.fill("entry", "calc_force", n, 1, 0,
+         [&](double* out, bool by_hand) { by_hand ? e.calc_force(s, out) : e.Body::calc_force(s, out); });
+  const auto partials = [&](bool by_hand) {
+    std::array<Values, 2> r{Values(n * n), Values(n * n)};
+    LocalMatrix r_q(r[0].data(), n, n), r_v(r[1].data(), n, n);
+    by_hand ? e.calc_partials(s, r_q, r_v) : e.Body::calc_partials(s, r_q, r_v);
+    return r;
+  };
+  const auto hand = partials(true), dual = partials(false);
+  c.add("r_q", "calc_partials", n, 0, hand[0], dual[0]);
+  c.add("r_v", "calc_partials", n, 0, hand[1], dual[1]);
   for_numbers(e, [&](std::size_t at) {
     const int k = static_cast<int>(at);
-    c.add(c.by_number("r", at), "calc_number_partial", n, 1, [&](double* out, bool hand) {
-      hand ? e.calc_number_partial(s, k, out) : e.Body::calc_number_partial(s, k, out);
+    c.fill(c.by_number("r", at), "calc_number_partial", n, 1, 0, [&](double* out, bool by_hand) {
+      by_hand ? e.calc_number_partial(s, k, out) : e.Body::calc_number_partial(s, k, out);
     });
   });
 }
@@ -158,61 +162,52 @@ void compare(Comparison& c, const Body& e, const Place& x) {
 void compare(Comparison& c, const Constraint& e, const Place& x) {
   const std::size_t n = x.q.size(), m = x.lambda.size();
   const LocalState s = x.view();
-  c.add("entry", "calc_phi", m, 1,
-        [&](double* out, bool hand) { hand ? e.calc_phi(s, out) : e.Constraint::calc_phi(s, out); });
-  c.add("entry", "calc_phi_q", m, n, [&](double* out, bool hand) {
+  c.fill("entry", "calc_phi", m, 1, 0,
+         [&](double* out, bool by_hand) { by_hand ? e.calc_phi(s, out) : e.Constraint::calc_phi(s, out); });
+  c.fill("entry", "calc_phi_q", m, n, 0, [&](double* out, bool by_hand) {
     LocalMatrix phi_q(out, m, n);
-    hand ? e.calc_phi_q(s, phi_q) : e.Constraint::calc_phi_q(s, phi_q);
+    by_hand ? e.calc_phi_q(s, phi_q) : e.Constraint::calc_phi_q(s, phi_q);
   });
   if (e.rheonomic())
-    c.add("entry", "calc_phi_t", m, 1,
-          [&](double* out, bool hand) { hand ? e.calc_phi_t(s, out) : e.Constraint::calc_phi_t(s, out); });
-  c.add("entry", "calc_bias", m, 1,
-        [&](double* out, bool hand) { hand ? e.calc_bias(s, out) : e.Constraint::calc_bias(s, out); });
-  c.add(
-      "entry", "calc_hessian", n, n,
-      [&](double* out, bool hand) {
-        LocalMatrix hessian(out, n, n);
-        hand ? e.calc_hessian(s, hessian) : e.Constraint::calc_hessian(s, hessian);
-      },
-      m);
-  const auto partial = [&](const char* what, std::size_t rows, int which) {
-    c.add(
-        what, "calc_partials", rows, n,
-        [&, which](double* out, bool hand) {
-          Values all[3] = {Values(n * n), Values(m * n), Values(m * n)};
-          LocalMatrix h(all[0].data(), n, n), d(all[1].data(), m, n), dd(all[2].data(), m, n);
-          hand ? e.calc_partials(s, h, d, dd) : e.Constraint::calc_partials(s, h, d, dd);
-          std::copy(all[which].begin(), all[which].end(), out);
-        },
-        which == 0 ? m : 0);
+    c.fill("entry", "calc_phi_t", m, 1, 0,
+           [&](double* out, bool by_hand) { by_hand ? e.calc_phi_t(s, out) : e.Constraint::calc_phi_t(s, out); });
+  c.fill("entry", "calc_bias", m, 1, 0,
+         [&](double* out, bool by_hand) { by_hand ? e.calc_bias(s, out) : e.Constraint::calc_bias(s, out); });
+  c.fill("entry", "calc_hessian", n, n, m, [&](double* out, bool by_hand) {
+    LocalMatrix hessian(out, n, n);
+    by_hand ? e.calc_hessian(s, hessian) : e.Constraint::calc_hessian(s, hessian);
+  });
+  const auto partials = [&](bool by_hand) {
+    std::array<Values, 3> r{Values(n * n), Values(m * n), Values(m * n)};
+    LocalMatrix h(r[0].data(), n, n), d(r[1].data(), m, n), dd(r[2].data(), m, n);
+    by_hand ? e.calc_partials(s, h, d, dd) : e.Constraint::calc_partials(s, h, d, dd);
+    return r;
   };
-  partial("hessian", n, 0);
-  partial("phid_q", m, 1);
-  partial("phidd_q", m, 2);
-  const Values w = generic(std::max(m, n), 21), none(std::max(m, n));
+  const auto hand = partials(true), dual = partials(false);
+  c.add("hessian", "calc_partials", n, m, hand[0], dual[0]);
+  c.add("phid_q", "calc_partials", m, 0, hand[1], dual[1]);
+  c.add("phidd_q", "calc_partials", m, 0, hand[2], dual[2]);
+  const Values w = generic_numbers(std::max(m, n), 21), none(std::max(m, n));
   for_numbers(e, [&](std::size_t at) {
     const int k = static_cast<int>(at);
-    Values hand(3 * m + n), dual(3 * m + n);
-    e.calc_number_partial(s, k, hand.data(), hand.data() + m, hand.data() + 2 * m, hand.data() + 3 * m);
-    e.Constraint::calc_number_partial(s, k, dual.data(), dual.data() + m, dual.data() + 2 * m, dual.data() + 3 * m);
+    const auto partial = [&](bool by_hand) {
+      Values r(3 * m + n);
+      double *phi = r.data(), *phid = phi + m, *phidd = phid + m, *reaction = phidd + m;
+      by_hand ? e.calc_number_partial(s, k, phi, phid, phidd, reaction)
+              : e.Constraint::calc_number_partial(s, k, phi, phid, phidd, reaction);
+      return r;
+    };
+    const Values own = partial(true), expected = partial(false);
     const char* names[4] = {"phi", "phidot", "phiddot", "the reaction"};
     for (std::size_t which = 0; which < 4; ++which) {
-      const std::size_t rows = which < 3 ? m : n, first = which * m;
-      c.add(
-          c.by_number(names[which], at), "calc_number_partial", rows, 1,
-          [&](double* out, bool by_hand) {
-            const Values& from = by_hand ? hand : dual;
-            std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(first), rows, out);
-          },
-          which < 3 ? 0 : m);
+      const bool reaction = which == 3;
+      const std::size_t rows = reaction ? n : m;
+      c.add(c.by_number(names[which], at), "calc_number_partial", rows, reaction ? m : 0, part(own, which * m, rows),
+            part(expected, which * m, rows));
       const auto weight = [&](std::size_t of) { return of == which ? w.data() : none.data(); };
-      const ConstraintWeights weights{weight(0), weight(1), weight(2), which == 3 ? w.data() : nullptr};
-      c.add(c.by_number(fmt::format("a weighted sum of {}", names[which]).c_str(), at), "calc_number_gradient", 1, 1,
-            [&](double* out, bool by_hand) {
-              *out =
-                  by_hand ? e.calc_number_gradient(s, k, weights) : e.Constraint::calc_number_gradient(s, k, weights);
-            });
+      const ConstraintWeights weights{weight(0), weight(1), weight(2), reaction ? w.data() : nullptr};
+      c.add(c.by_number(fmt::format("a weighted sum of {}", names[which]), at), "calc_number_gradient", 1, m + n,
+            {e.calc_number_gradient(s, k, weights)}, {e.Constraint::calc_number_gradient(s, k, weights)});
     }
   });
 }
@@ -220,25 +215,24 @@ void compare(Comparison& c, const Constraint& e, const Place& x) {
 void compare(Comparison& c, const Force& e, const Place& x) {
   const std::size_t n = x.q.size(), nz = x.z.size();
   const LocalState s = x.view();
-  c.add("Q and zdot, one below the other, entry", "calc_force", n + nz, 1,
-        [&](double* out, bool hand) { hand ? e.calc_force(s, out, out + n) : e.Force::calc_force(s, out, out + n); });
-  const std::size_t sizes[6] = {n * n, n * n, n * nz, nz * n, nz * n, nz * nz};
+  c.fill("Q and zdot, one below the other, entry", "calc_force", n + nz, 1, 0, [&](double* out, bool by_hand) {
+    by_hand ? e.calc_force(s, out, out + n) : e.Force::calc_force(s, out, out + n);
+  });
+  const auto partials = [&](bool by_hand) {
+    std::array<Values, 6> r{Values(n * n),  Values(n * n),  Values(n * nz),
+                            Values(nz * n), Values(nz * n), Values(nz * nz)};
+    LocalMatrix Q_q(r[0].data(), n, n), Q_v(r[1].data(), n, n), Q_z(r[2].data(), n, nz), f_q(r[3].data(), nz, n),
+        f_v(r[4].data(), nz, n), f_z(r[5].data(), nz, nz);
+    const ForcePartials to{Q_q, Q_v, Q_z, f_q, f_v, f_z};
+    by_hand ? e.calc_partials(s, to) : e.Force::calc_partials(s, to);
+    return r;
+  };
+  const auto hand = partials(true), dual = partials(false);
   const char* names[6] = {"Q_q", "Q_v", "Q_z", "f_q", "f_v", "f_z"};
-  for (int which = 0; which < (nz ? 6 : 2); ++which)
-    c.add(
-        names[which], "calc_partials", which < 3 ? n : nz, which % 3 < 2 ? n : nz,
-        [&](double* out, bool hand) {
-          Values all[6];
-          for (int i = 0; i < 6; ++i) all[i].resize(sizes[i]);
-          LocalMatrix Qq(all[0].data(), n, n), Qv(all[1].data(), n, n), Qz(all[2].data(), n, nz),
-              fq(all[3].data(), nz, n), fv(all[4].data(), nz, n), fz(all[5].data(), nz, nz);
-          const ForcePartials to{Qq, Qv, Qz, fq, fv, fz};
-          hand ? e.calc_partials(s, to) : e.Force::calc_partials(s, to);
-          std::copy(all[which].begin(), all[which].end(), out);
-        },
-        which < 3 ? 0 : n);
+  for (std::size_t which = 0; which < 6; ++which)
+    c.add(names[which], "calc_partials", which < 3 ? n : nz, which < 3 ? 0 : n, hand[which], dual[which]);
   // All numbers at once, added to what is there: by one or the other weights, whose sums have sizes of their own.
-  const Values w = generic(n + nz, 21);
+  const Values w = generic_numbers(n + nz, 21);
   const std::size_t np = e.numbers().size();
   constexpr double there = 0.5;
   std::vector<int> all(np);
@@ -248,26 +242,19 @@ void compare(Comparison& c, const Force& e, const Place& x) {
   if (nz) e.add_number_gradient(s, nullptr, w.data() + n, all.data(), static_cast<int>(np), of_f.data());
   for_numbers(e, [&](std::size_t at) {
     const int k = static_cast<int>(at);
-    Values dual(n + nz);
-    e.Force::calc_number_partial(s, k, dual.data(), dual.data() + n);
-    c.add(c.by_number("Q and zdot, one below the other,", at), "calc_number_partial", n + nz, 1,
-          [&](double* out, bool hand) {
-            if (hand)
-              e.calc_number_partial(s, k, out, out + n);
-            else
-              std::copy(dual.begin(), dual.end(), out);
-          });
-    for (const bool states : {false, true}) {
-      if (states && !nz) continue;
-      c.add(
-          c.by_number(states ? "a weighted sum of zdot" : "a weighted sum of Q", at), "add_number_gradient", 1, 1,
-          [&](double* out, bool hand) {
-            *out = hand ? (states ? of_f : of_Q)[np - 1 - at] : there;
-            if (hand) return;
-            for (std::size_t i = states ? n : 0; i < (states ? n + nz : n); ++i) *out += w[i] * dual[i];
-          },
-          n + nz);
-    }
+    Values own(n + nz), expected(n + nz);
+    e.calc_number_partial(s, k, own.data(), own.data() + n);
+    e.Force::calc_number_partial(s, k, expected.data(), expected.data() + n);
+    const auto sum = [&](std::size_t from, std::size_t to) {
+      return std::inner_product(w.begin() + static_cast<std::ptrdiff_t>(from),
+                                w.begin() + static_cast<std::ptrdiff_t>(to),
+                                expected.begin() + static_cast<std::ptrdiff_t>(from), there);
+    };
+    c.add(c.by_number("a weighted sum of Q", at), "add_number_gradient", 1, n + nz, {of_Q[np - 1 - at]}, {sum(0, n)});
+    c.add(c.by_number("a weighted sum of zdot", at), "add_number_gradient", 1, n + nz, {of_f[np - 1 - at]},
+          {sum(n, n + nz)});
+    c.add(c.by_number("Q and zdot, one below the other,", at), "calc_number_partial", n + nz, 0, std::move(own),
+          std::move(expected));
   });
 }
 
@@ -308,12 +295,12 @@ void check_claims(const Force& e, const Place& near, const Place& far) {
   const std::size_t n = near.q.size();
   for (const Place* x : {&near, &far}) {
     Place resting = *x;
-    for (const int i : e.states_that_wake()) resting.z[count(i)] = -std::abs(resting.z[count(i)]);
+    for (const int i : e.states_that_wake()) resting.z[index(i)] = -std::abs(resting.z[index(i)]);
     Values slopes(n), Q(n + resting.z.size());
     const double d = e.calc_rest(resting.view(), slopes.data());
     if (!(d > 0)) continue;
     // Almost at its border, along all coordinates that count.
-    const Values away = generic(n, 13);
+    const Values away = generic_numbers(n, 13);
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i) sum += slopes[i] * std::abs(away[i]);
     if (sum > 0)
@@ -328,8 +315,10 @@ void check_claims(const Force& e, const Place& near, const Place& far) {
   }
 }
 
+/// `q`: as place_near_start() has it.
 template <class Kind>
-void check_all(const Mechanism& m, const std::vector<std::unique_ptr<Kind>>& elements, ElementsChecked which_ones) {
+void check_all(const Mechanism& m, const Values& q, const std::vector<std::unique_ptr<Kind>>& elements,
+               ElementsChecked which_ones) {
   std::map<std::type_index, int> seen;
   for (const auto& owned : elements) {
     const Kind& e = *owned;
@@ -339,7 +328,7 @@ void check_all(const Mechanism& m, const std::vector<std::unique_ptr<Kind>>& ele
     if constexpr (std::is_same_v<Kind, Constraint>) rows = e.rows();
     if constexpr (std::is_same_v<Kind, Force>) states = e.states();
     Place places[2];
-    for (int which : {0, 1}) places[which] = place_near_start(m, e, rows, states, which);
+    for (int which : {0, 1}) places[which] = place_near_start(m, q, e, rows, states, which);
     bool all = true;
     for (const Place& x : places) {
       Comparison c(m, e, x);
@@ -358,9 +347,10 @@ void check_all(const Mechanism& m, const std::vector<std::unique_ptr<Kind>>& ele
 }  // namespace
 
 void check_derivatives(const Mechanism& m, ElementsChecked which) {
-  check_all(m, m.bodies(), which);
-  check_all(m, m.constraints(), which);
-  check_all(m, m.forces(), which);
+  const Values q = m.first_positions();
+  check_all(m, q, m.bodies(), which);
+  check_all(m, q, m.constraints(), which);
+  check_all(m, q, m.forces(), which);
 }
 
 }  // namespace costate

@@ -18,6 +18,12 @@ std::vector<std::string> keys(const std::map<std::string, int>& m) {
 }
 }  // namespace
 
+std::vector<double> Mechanism::first_positions() const {
+  std::vector<double> q;
+  for (const Coordinate& c : coordinates_) q.push_back(numbers_[static_cast<std::size_t>(c.position_number)].value);
+  return q;
+}
+
 std::vector<double> Mechanism::base_numbers() const {
   std::vector<double> r;
   r.reserve(numbers_.size());

@@ -69,6 +69,8 @@ class Mechanism {
   int row_count() const { return row_count_; }
   int state_count() const { return state_count_; }
   std::vector<double> base_numbers() const;
+  /// By coordinates, their start values, or first guesses where they are not given.
+  std::vector<double> first_positions() const;
 
   /// Index of a coordinate, number, planar or spatial point by name; errors list near names.
   int coordinate(const std::string& name) const;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/base/generic_numbers.h"
 #include "costate/base/library_class.h"
 #include "costate/objective/sampled_cost.h"
 
@@ -19,9 +20,9 @@ constexpr int kArguments = 200;  // of these as many are looked at, evenly
 
 using Vector = Eigen::VectorXd;
 
-/// Numbers between -1 and 1 without a pattern.
 Vector generic(int n, int seed) {
-  return Vector::NullaryExpr(n, [seed](Eigen::Index i) { return std::sin(2.3 * static_cast<double>(i + 1) + seed); });
+  const std::vector<double> x = generic_numbers(static_cast<std::size_t>(n), seed);
+  return Eigen::Map<const Vector>(x.data(), n);
 }
 
 /// q, v, a, lambda, z and rho of a state, one behind the other, and the time.
@@ -29,13 +30,8 @@ class Point {
  public:
   Point(Assembly& assembly, const std::vector<double>& rho) : assembly_(assembly) {
     const int n = assembly.n(), m = assembly.m(), nz = assembly.nz(), np = assembly.np();
-    Vector q(n);
-    const Mechanism& mechanism = assembly.mechanism();
-    for (int i = 0; i < n; ++i)
-      q[i] =
-          mechanism
-              .numbers()[static_cast<std::size_t>(mechanism.coordinates()[static_cast<std::size_t>(i)].position_number)]
-              .value;
+    const std::vector<double> first = assembly.mechanism().first_positions();
+    Vector q = Eigen::Map<const Vector>(first.data(), n);
     const double size = q.cwiseAbs().maxCoeff();
     q += 1e-2 * (size > 0 ? size : 1) * generic(n, 1);
     x_.resize(3 * n + m + nz + np);
@@ -76,9 +72,9 @@ template <class F>
 std::optional<Vector> derivative(const F& f, double scale) {
   std::optional<Vector> before;
   for (double h = 1e-2 * scale; h > 1e-6 * scale; h /= 4) {
-    const Vector d = (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
+    const Vector ahead = f(h), behind = f(-h), d = (8 * (ahead - behind) - (f(2 * h) - f(-2 * h))) / (12 * h);
     if (!d.allFinite()) return std::nullopt;
-    const double rounding = 1e-15 / h * (f(h).cwiseAbs().maxCoeff() + f(-h).cwiseAbs().maxCoeff());
+    const double rounding = 1e-15 / h * (ahead.cwiseAbs().maxCoeff() + behind.cwiseAbs().maxCoeff());
     if (before && (d - *before).cwiseAbs().maxCoeff() <=
                       kAgreement * std::max(d.cwiseAbs().maxCoeff(), before->cwiseAbs().maxCoeff()) + rounding)
       return d;
@@ -253,20 +249,21 @@ bool is_of_user(const CostTerm& term) {
   return !is_of_library(typeid(output)) || (target && !is_of_library(typeid(*target)));
 }
 
-/// Throws what check(TermCheck&) tells of terms of users' that `chosen` takes.
-template <class Chosen, class Check>
+/// Throws what check(TermCheck&) tells of terms of users' that have not passed it before.
+template <class Check>
 void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
-                        const Objective& objective, const std::vector<double>& rho, const Chosen& chosen,
+                        const Objective& objective, const std::vector<double>& rho, const PassedOnce CostTerm::*passed,
                         const Check& check) {
   std::unique_ptr<Assembly> assembly;
   for (const bool running : {true, false}) {
     const auto& terms = running ? objective.running : objective.terminal;
     for (std::size_t i = 0; i < terms.size(); ++i) {
       const CostTerm& own = ungated(*terms[i]);
-      if (!is_of_user(own) || !chosen(own)) continue;
+      if ((own.*passed).get() || !is_of_user(own)) continue;
       if (!assembly) assembly = std::make_unique<Assembly>(mechanism, parameters);
       TermCheck term(own, fmt::format("The {} cost's term {}", running ? "running" : "terminal", i), *assembly, rho);
       if (const std::string wrong = check(term); !wrong.empty()) throw Error(wrong);
+      (own.*passed).set();
     }
   }
 }
@@ -275,16 +272,14 @@ void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const
 
 void check_cost_promises(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
                          const Objective& objective, const std::vector<double>& rho) {
-  for_terms_of_users(
-      mechanism, parameters, objective, rho, [](const CostTerm& t) { return !t.needs_accelerations(); },
-      [](TermCheck& t) { return t.check_promise(); });
+  for_terms_of_users(mechanism, parameters, objective, rho, &CostTerm::promise_passed,
+                     [](TermCheck& t) { return t.check_promise(); });
 }
 
 void check_cost_derivatives(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
                             const Objective& objective, const std::vector<double>& rho) {
-  for_terms_of_users(
-      mechanism, parameters, objective, rho, [](const CostTerm& t) { return !t.derivatives_seen.exchange(true); },
-      [](TermCheck& t) { return t.check_derivatives(); });
+  for_terms_of_users(mechanism, parameters, objective, rho, &CostTerm::derivatives_passed,
+                     [](TermCheck& t) { return t.check_derivatives(); });
 }
 
 }  // namespace costate

@@ -13,16 +13,17 @@
 
 namespace costate {
 
-/// Whether something was done once with an object; a copy begins anew.
-class DoneOnce {
+/// Whether an object has passed a check that it takes once; a copy has not.
+class PassedOnce {
  public:
-  DoneOnce() = default;
-  DoneOnce(const DoneOnce&) {}
-  DoneOnce& operator=(const DoneOnce&) { return *this; }
-  bool exchange(bool done) const { return done_.exchange(done); }
+  PassedOnce() = default;
+  PassedOnce(const PassedOnce&) {}
+  PassedOnce& operator=(const PassedOnce&) { return *this; }
+  bool get() const { return passed_; }
+  void set() const { passed_ = true; }
 
  private:
-  mutable std::atomic<bool> done_ = false;
+  mutable std::atomic<bool> passed_ = false;
 };
 
 /// One term of a running or terminal cost. A user's own cost derives from this (or from DualCostTerm).
@@ -39,8 +40,8 @@ class CostTerm {
   /// need it of terminal terms.
   virtual double change(const StateView& s, Assembly& assembly, const Variation& d) const;
 
-  /// Of a user's term: its derivatives have been held against its values (cost_check.h).
-  DoneOnce derivatives_seen;
+  // Of a user's term, in cost_check.h.
+  PassedOnce promise_passed, derivatives_passed;
 };
 
 /// weight (y - target)^power with power 1 or 2; the target is a law of time (its numbers may be parameters) or

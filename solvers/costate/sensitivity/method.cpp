@@ -168,6 +168,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
+  if (!method.perturbs && !rho.empty())
+    check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
   if (has_samples(problem.objective) && problem.cycle) with_separate_samples(problem);  // refused
   if (problem.cycle && !method.perturbs) {
     const auto on_cycle = [&](const Problem& p) { return cycle_gradient(p, name, rho); };
@@ -189,7 +191,6 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     return r;
   }
   if (!method.perturbs) {
-    check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
     Assembly assembly(problem.mechanism, problem.parameters);
     assembly.set_parameters(rho.data());
     require_compatible_parameters(assembly, problem.solver.t_start, problem.solver.t_end);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/element/body/cardan_angles.h"
+#include "costate/element/body/turning_measures.h"
 
 namespace costate {
 
@@ -15,21 +16,7 @@ NaturalBody::NaturalBody(std::string kind, std::string name, const std::vector<i
 
 std::vector<Measure> NaturalBody::measures() const {
   if (reports_ == Reports::nothing) return {};
-  return {{"omega_x", "rad/s", false},
-          {"omega_y", "rad/s", false},
-          {"omega_z", "rad/s", false},
-          {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false},
-          {"omega_global_z", "rad/s", false},
-          {"roll", "rad", false},
-          {"pitch", "rad", false},
-          {"yaw", "rad", false},
-          {"alpha_x", "rad/s^2", true},
-          {"alpha_y", "rad/s^2", true},
-          {"alpha_z", "rad/s^2", true},
-          {"alpha_global_x", "rad/s^2", true},
-          {"alpha_global_y", "rad/s^2", true},
-          {"alpha_global_z", "rad/s^2", true}};
+  return turning_measures();
 }
 
 PathDual NaturalBody::measure(int i, const MeasureArguments& x) const {

@@ -1,6 +1,7 @@
 #include "costate/element/body/rigid_body.h"
 
 #include "costate/element/body/cardan_angles.h"
+#include "costate/element/body/turning_measures.h"
 
 namespace costate {
 
@@ -36,21 +37,7 @@ RigidBody::RigidBody(std::string kind, std::string name, const std::vector<int>&
 
 std::vector<Measure> RigidBody::measures() const {
   if (reports_ == Reports::nothing) return {};
-  return {{"omega_x", "rad/s", false},
-          {"omega_y", "rad/s", false},
-          {"omega_z", "rad/s", false},
-          {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false},
-          {"omega_global_z", "rad/s", false},
-          {"roll", "rad", false},
-          {"pitch", "rad", false},
-          {"yaw", "rad", false},
-          {"alpha_x", "rad/s^2", true},
-          {"alpha_y", "rad/s^2", true},
-          {"alpha_z", "rad/s^2", true},
-          {"alpha_global_x", "rad/s^2", true},
-          {"alpha_global_y", "rad/s^2", true},
-          {"alpha_global_z", "rad/s^2", true}};
+  return turning_measures();
 }
 
 PathDual RigidBody::measure(int i, const MeasureArguments& x) const {

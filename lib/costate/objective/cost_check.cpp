@@ -240,15 +240,6 @@ class TermCheck {
   bool accelerations_;
 };
 
-/// Whether a user's class decides its derivatives.
-bool is_of_user(const CostTerm& term) {
-  if (!is_of_library(typeid(term))) return true;
-  const auto* of = dynamic_cast<const OutputTerm*>(&term);
-  if (!of) return false;
-  const Output &output = of->output(), *target = of->target().output.get();
-  return !is_of_library(typeid(output)) || (target && !is_of_library(typeid(*target)));
-}
-
 /// Throws what check(TermCheck&) tells of terms of users' that have not passed it before.
 template <class Check>
 void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
@@ -269,6 +260,14 @@ void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const
 }
 
 }  // namespace
+
+bool is_of_user(const CostTerm& term) {
+  if (!is_of_library(typeid(term))) return true;
+  const auto* of = dynamic_cast<const OutputTerm*>(&term);
+  if (!of) return false;
+  const Output &output = of->output(), *target = of->target().output.get();
+  return !is_of_library(typeid(output)) || (target && !is_of_library(typeid(*target)));
+}
 
 void check_cost_promises(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
                          const Objective& objective, const std::vector<double>& rho) {

@@ -9,6 +9,9 @@
 
 namespace costate {
 
+/// Whether a user's class decides its derivatives: its own, or its output's.
+bool is_of_user(const CostTerm& term);
+
 // Looked at, until they have passed once, are terms whose class, or whose output's class, is not of namespace costate,
 // in three states: near the start, away from it, and on the other side of zero, at times up to 13 s.
 

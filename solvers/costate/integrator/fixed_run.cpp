@@ -25,7 +25,8 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
       scheme_(problem.make_discrete()),
       steps_(steps),
       grazing_(*problem.mechanism),
-      formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole) {
+      formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
+      own_jumps_(*problem.mechanism, problem.objective) {
   scheme_->set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   scheme_->start(o.t_start, (o.t_end - o.t_start) / static_cast<double>(steps), wanted);
@@ -88,6 +89,7 @@ void FixedRun::begin(const Follower& follower) {
   watch_->begin(start.t, start.q, start.v);
   if (!grazing_.empty()) grazing_.look(start, scheme_->assembly());
   if (!formulas_.empty()) formulas_.look(start, scheme_->assembly());
+  if (!own_jumps_.empty()) own_jumps_.look(start, scheme_->assembly());
   if (follower.step) follower.step(0, nullptr);
   node(follower);
 }
@@ -97,6 +99,7 @@ void FixedRun::look(const StateView& here) {
   watch_->step(here.t, here.q, here.v);
   if (!grazing_.empty()) grazing_.look(here, scheme_->assembly());
   if (!formulas_.empty()) formulas_.look(here, scheme_->assembly());
+  if (!own_jumps_.empty()) own_jumps_.look(here, scheme_->assembly());
 }
 
 void FixedRun::node(const Follower& follower) {
@@ -221,7 +224,7 @@ void FixedRun::conclude(Simulation& result) const {
 
 void FixedRun::conclude(GradientResult& result) const {
   refuse_grazing(grazing_, problem_.solver.rtol);
-  for (const auto& why : {watch_->without_derivative(), formulas_.met()})
+  for (const auto& why : {watch_->without_derivative(), formulas_.met(), own_jumps_.met()})
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);

@@ -16,6 +16,7 @@
 #include <functional>
 #include <optional>
 
+#include "costate/analysis/own_jump_watch.h"
 #include "costate/discrete/step_archive.h"
 #include "costate/discrete/step_cut.h"
 #include "costate/discrete/step_interpolant.h"
@@ -121,6 +122,7 @@ class FixedRun {
   std::unique_ptr<MotionWatch> watch_;
   GrazingWatch grazing_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
+  OwnJumpWatch own_jumps_;
   std::unique_ptr<FixedTouches> touches_;
 
   bool cuts_possible_ = false, running_ = false, finished_ = false;

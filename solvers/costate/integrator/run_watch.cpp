@@ -62,6 +62,7 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
     : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
       grazing_(*problem.mechanism),
       formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
+      own_jumps_(*problem.mechanism, problem.objective),
       system_(system),
       problem_(problem),
       open_costs_(problem, rho),
@@ -72,6 +73,7 @@ StepSink RunWatch::sink() {
     look_for_grazing(t, y);
     if (open_costs_.follows()) open_costs_.look(system_.look_state(t, y));
     if (!formulas_.empty()) formulas_.look(solved_state(system_, t, y), system_.assembly());
+    look_for_own_jumps(t, y);
     if (system_.begins_with_motion() || ++steps_ <= kFirstSteps || steps_ % kSolvedCadence == 0)
       look(&MotionWatch::step, t, y);
     sample(t, y);
@@ -86,6 +88,10 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
 
 void RunWatch::look_for_grazing(double t, const double* y) {
   if (!grazing_.empty()) grazing_.look(system_.look_state(t, y), system_.assembly());
+}
+
+void RunWatch::look_for_own_jumps(double t, const double* y) {
+  if (!own_jumps_.empty()) own_jumps_.look(solved_state(system_, t, y), system_.assembly());
 }
 
 /// A psi that is no number because it holds values of a cycle that nobody has looked for.
@@ -119,11 +125,11 @@ void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   tell_of_motion();
   if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
-  const double left = kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() *
-                      cost_size(*problem_.mechanism);
+  const double left =
+      kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() * cost_size(problem_);
   if (!problem_.objective.running.empty() && result.counters.steps > kManySteps &&
       left > kUnresolvedPsi * std::abs(result.psi) && left < std::abs(result.psi) &&
-      problem_.solver.rtol * std::abs(result.psi) < problem_.solver.absolute() * cost_size(*problem_.mechanism))
+      problem_.solver.rtol * std::abs(result.psi) < problem_.solver.absolute() * cost_size(problem_))
     widen_error(result, left);
   if (const double unseen = cost_unseen(result.events); unseen > 0) {
     widen_error(result, unseen);
@@ -159,7 +165,7 @@ void RunWatch::finish(double t, const double* y, bool at_event) {
 
 void RunWatch::conclude(GradientResult& result) const {
   refuse_grazing(grazing_, problem_.solver.rtol);
-  for (const auto& why : {watch_.without_derivative(), formulas_.met()})
+  for (const auto& why : {watch_.without_derivative(), formulas_.met(), own_jumps_.met()})
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);

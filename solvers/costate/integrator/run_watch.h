@@ -3,6 +3,7 @@
 #pragma once
 
 #include "costate/analysis/motion_watch.h"
+#include "costate/analysis/own_jump_watch.h"
 #include "costate/event/grazing_watch.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
@@ -21,6 +22,7 @@ class RunWatch {
   void begin(double t, const double* y) {
     look(&MotionWatch::begin, t, y);
     look_for_grazing(t, y);
+    look_for_own_jumps(t, y);
   }
   StepSink sink();
   /// A state between steps that the run hands out.
@@ -49,9 +51,11 @@ class RunWatch {
  private:
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
   void look_for_grazing(double t, const double* y);
+  void look_for_own_jumps(double t, const double* y);
   MotionWatch watch_;
   GrazingWatch grazing_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
+  OwnJumpWatch own_jumps_;
   System& system_;
   const Problem& problem_;
   OpenCosts open_costs_;

@@ -1,0 +1,161 @@
+#include "costate/analysis/own_jump_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "costate/assembly/gathered_state.h"
+#include "costate/base/error.h"
+#include "costate/base/library_class.h"
+#include "costate/element/guarded_force.h"
+#include "costate/element/jumping_force.h"
+#include "costate/objective/cost_check.h"
+#include "costate/objective/sampled_cost.h"
+
+namespace costate {
+
+namespace {
+/// Of a change: by how much the middle of a way may differ from that of its ends and still fit to these.
+constexpr double kFitsMiddle = 1e-2;
+/// Of the largest value: less is no jump. What is left of smooth values after so many halvings is far less.
+constexpr double kIsJump = 1e-6;
+constexpr int kHalvingsOfWay = 48;
+/// Of the way between two looks: how far beside the place values are taken, and nearer than that.
+constexpr double kBesidePlace = 1e-9, kNearerPlace = 1e-2;
+/// Of the mean distance of looks: nearer ones do not tell the way between them from rounding.
+constexpr double kLooksNear = 1e-2;
+/// Of a number, by which it is moved to see whether it moves the instant of a jump in time.
+constexpr double kNumberMoved = 1e-6;
+}  // namespace
+
+OwnJumpWatch::OwnJumpWatch(const Mechanism& mechanism, const Objective& objective) {
+  for (std::size_t f = 0; f < mechanism.forces().size(); ++f) {
+    const Force& force = *mechanism.forces()[f];
+    if (is_wholly_of_library(typeid(force)) || dynamic_cast<const GuardedForce*>(&force) ||
+        dynamic_cast<const JumpingForce*>(&force))
+      continue;
+    watched_.push_back({fmt::format("The force of '{}'", force.path()),
+                        "Let it be an event (costate/element/guarded_force.h)",
+                        [&force, first = mechanism.state_offsets()[f], own = std::make_shared<GatheredState>()](
+                            const StateView& s, Assembly& assembly, std::vector<double>& values) {
+                          LocalState local = own->of(force, s, assembly.numbers());
+                          local.z = s.z ? s.z + first : nullptr;
+                          const std::size_t count = force.coordinates().size();
+                          values.assign(count + static_cast<std::size_t>(force.states()), 0);
+                          force.calc_force(local, values.data(), values.data() + count);
+                        }});
+  }
+  for (std::size_t i = 0; i < objective.running.size(); ++i) {
+    const CostTerm& term = ungated(*objective.running[i]);
+    if (!is_of_user(term)) continue;
+    watched_.push_back({fmt::format("The running cost's term {}", i), "Let it go on",
+                        [&term](const StateView& s, Assembly& assembly, std::vector<double>& values) {
+                          values.assign(1, term.value(s, assembly));
+                        }});
+  }
+}
+
+void OwnJumpWatch::look(const StateView& s, Assembly& assembly) {
+  if (met_) return;
+  if (looks_ > 0 && s.t - last_.t <= kLooksNear * (s.t - begin_) / static_cast<double>(looks_)) return;
+  if (looks_++ == 0) begin_ = s.t;
+  std::vector<double> now;
+  for (Watched& of : watched_) {
+    try {
+      of.add(s, assembly, now);
+      of.largest.resize(now.size(), 0);
+      for (std::size_t i = 0; i < now.size(); ++i) of.largest[i] = std::max(of.largest[i], std::abs(now[i]));
+      if (!of.last.empty()) judge(of, s, now, assembly);
+      of.last = now;
+    } catch (const Error&) {  // what says nothing there
+      of.last.clear();
+    }
+  }
+  const auto keep = [](std::vector<double>& to, const double* from, int count) {
+    to.assign(from, from + (from ? count : 0));
+  };
+  last_.t = s.t;
+  keep(last_.q, s.q, assembly.n());
+  keep(last_.v, s.v, assembly.n());
+  keep(last_.a, s.a, assembly.n());
+  keep(last_.lambda, s.lambda, assembly.m());
+  keep(last_.z, s.z, assembly.nz());
+}
+
+StateView OwnJumpWatch::between(const StateView& s, double w, const Assembly& assembly) {
+  const auto mix = [w](std::vector<double>& to, const std::vector<double>& from, const double* end, int count) {
+    if (!end || from.empty()) return static_cast<const double*>(nullptr);
+    to.resize(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = (1 - w) * from[i] + w * end[i];
+    return static_cast<const double*>(to.data());
+  };
+  StateView at;
+  at.t = (1 - w) * last_.t + w * s.t;
+  at.q = mix(between_.q, last_.q, s.q, assembly.n());
+  at.v = mix(between_.v, last_.v, s.v, assembly.n());
+  at.a = mix(between_.a, last_.a, s.a, assembly.n());
+  at.lambda = mix(between_.lambda, last_.lambda, s.lambda, assembly.m());
+  at.z = mix(between_.z, last_.z, s.z, assembly.nz());
+  return at;
+}
+
+void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<double>& now, Assembly& assembly) {
+  std::vector<double> values;
+  const auto value = [&](double w, std::size_t i) {
+    of.add(between(s, w, assembly), assembly, values);
+    return values[i];
+  };
+  of.add(between(s, 0.5, assembly), assembly, values);
+  const std::vector<double> middle = values;
+  for (std::size_t i = 0; i < now.size() && !met_; ++i) {
+    double low = 0, high = 1, at_low = of.last[i], at_high = now[i], at_middle = middle[i];
+    const double none = kIsJump * of.largest[i], whole = std::abs(at_middle - at_low) + std::abs(at_high - at_middle);
+    if (!std::isfinite(whole) || whole <= none || std::abs(at_middle - 0.5 * (at_low + at_high)) <= kFitsMiddle * whole)
+      continue;
+    for (int k = 0; k < kHalvingsOfWay && std::abs(at_high - at_low) > none; ++k) {
+      const double w = 0.5 * (low + high);
+      if (k > 0) at_middle = value(w, i);
+      const bool first = std::abs(at_middle - at_low) > std::abs(at_high - at_middle);
+      (first ? high : low) = w;
+      (first ? at_high : at_low) = at_middle;
+    }
+    if (!(std::abs(at_high - at_low) > none)) continue;
+    // Beside the place; and nearer, where what goes on comes together.
+    const auto jump_beside = [&](double beside) {
+      return std::abs(value(std::min(high + beside, 1.0), i) - value(std::max(low - beside, 0.0), i));
+    };
+    const double jump = jump_beside(kBesidePlace), near = jump_beside(kNearerPlace * kBesidePlace);
+    if (!(jump > none) || !(near > 0.5 * jump)) continue;
+    // What time alone brings about is at an instant that is known, if no parameter moves it.
+    const auto jumps_by_time = [&] {
+      StateView at = between(s, low, assembly);
+      of.add(at, assembly, values);
+      const double before = values[i];
+      at.t = (1 - high) * last_.t + high * s.t + kBesidePlace * (s.t - last_.t);
+      of.add(at, assembly, values);
+      return std::abs(values[i] - before) > 0.5 * jump;
+    };
+    if (jumps_by_time()) {
+      const std::vector<double> rho = assembly.rho();
+      bool moves = false;
+      for (std::size_t j = 0; j < rho.size() && !moves; ++j)
+        for (const double by : {-kNumberMoved, kNumberMoved}) {
+          std::vector<double> moved = rho;
+          moved[j] += by * std::max(std::abs(rho[j]), kNumberMoved);
+          assembly.set_parameters(moved.data());
+          moves = moves || !(jump_beside(kBesidePlace) > 0.5 * jump);
+          assembly.set_parameters(rho.data());
+        }
+      if (!moves) continue;
+    }
+    met_ = fmt::format(
+        "Near t = {:.6g} s {} jumps from {:.4g} to {:.4g}. What the instant depends on is in no derivative. {}, or "
+        "write it smooth; the method 'differences' tells what psi does.",
+        (1 - high) * last_.t + high * s.t, of.name, value(std::max(low - kBesidePlace, 0.0), i),
+        value(std::min(high + kBesidePlace, 1.0), i), of.advice);
+  }
+}
+
+}  // namespace costate

@@ -106,8 +106,9 @@ class Compare {
       return std::find(names.begin(), names.end(), name) != names.end();
     };
     for (const auto& name : options_.outputs) {
+      if (name == "time") throw Error("--outputs: 'time' is the same in both motions; name what is a function of it.");
       for (const auto& [names, scene] : {std::pair(&of_a, common_.scene), std::pair(&of_b, options_.other)})
-        if (name == "time" || !has(*names, name))
+        if (!has(*names, name))
           throw Error(
               fmt::format("--outputs: There is no output '{}' to compare in '{}'.{} 'costate list SCENE' names them.",
                           name, scene, suggestion(name, *names)));

@@ -8,6 +8,7 @@
 
 #include "certificate_report.h"
 #include "costate/base/error.h"
+#include "costate/optimize/bound_size.h"
 #include "costate/optimize/certificate.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
@@ -206,7 +207,7 @@ class OptimizeRun {
                                    {"upper", bounds_[k].upper},
                                    {"initial", first.constraints[k] + bounds_[k].upper},
                                    {"psi", best.constraints[k] + bounds_[k].upper}});
-    tell_of_violations(best);
+    tell_of_violations(first, best);
     tell_of_far_parameters(best);
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, bounds_));
@@ -230,11 +231,12 @@ class OptimizeRun {
   }
 
   /// The best point is the least psi of those that keep the constraints; of none where none does.
-  void tell_of_violations(const OptimizerEvaluation& best) {
-    constexpr double kKept = 1e-6;  // of the bound, or of 1
+  void tell_of_violations(const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
+    constexpr double kKept = 1e-6;  // of what the bound is measured by
+    const std::vector<double> sizes = bound_sizes(setup_.problem.parameters, first, bounds_);
     std::vector<std::string> broken;
     for (std::size_t k = 0; k < bounds_.size(); ++k)
-      if (const double upper = bounds_[k].upper, by = best.constraints[k]; by > kKept * std::max(1.0, std::abs(upper)))
+      if (const double upper = bounds_[k].upper, by = best.constraints[k]; by > kKept * sizes[k])
         broken.push_back(
             fmt::format("'{}' is {:.6g}, {:.3g} above its bound {:.6g}", bounds_[k].name, upper + by, by, upper));
     if (broken.empty()) return;

@@ -38,6 +38,8 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
   e.failure = j.value("failure", "");
   if (j.contains("rtol")) e.rtol = number_from_json(j.at("rtol"));
   e.ending = j.value("ending", false);
+  if (j.contains("warnings"))
+    for (const auto& sentence : j.at("warnings")) e.warnings.push_back(sentence.get<std::string>());
   if (j.contains("absolute_by_rtol"))
     for (const auto& t : j.at("absolute_by_rtol")) {
       const std::vector<double> both = numbers(t, 2, "'absolute_by_rtol'");
@@ -109,6 +111,7 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   if (std::any_of(e.tolerances.begin(), e.tolerances.end(), [](const auto& t) { return t.atol > 0; }))
     for (const AbsoluteTolerances& t : e.tolerances) j["absolute_by_rtol"].push_back({t.atol, t.cost_atol});
   if (e.ending) j["ending"] = true;
+  for (const std::string& sentence : e.warnings) j["warnings"].push_back(nlohmann::json::parse(json_text(sentence)));
   if (e.failed()) j["failure"] = Json::parse(json_text(e.failure));  // valid UTF-8, whatever names it quotes
   return j;
 }

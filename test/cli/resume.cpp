@@ -286,3 +286,14 @@ TEST_CASE("interrupted: every command stops soon and leaves nothing") {
     CHECK(here.entries().empty());
   }
 }
+
+TEST_CASE("a resumed optimization says what the undisturbed one said") {
+  // Over 15 s its constraints drift: a warning of the evaluations, whose runs are not made again.
+  const WorkingDirectory here;
+  const Words run = {"optimize",          kFiveBar, "--t-end",  "15", "--rtol", "1e-9",
+                     "--max-evaluations", "2",      "--output", "out"};
+  const Json whole = costate_json(run, here.path());
+  REQUIRE_THAT(whole.at("warnings").dump(), Contains("drift"));
+  const Json resumed = costate_json(with(run, {"--resume"}), here.path());
+  CHECK(resumed.at("warnings") == whole.at("warnings"));
+}

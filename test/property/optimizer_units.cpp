@@ -64,6 +64,26 @@ TEST_CASE("optimizer: nor with a constraint") {
   }
 }
 
+// (a-2)^2 + (b-1)^2 within the circle s (a^2 + b^2) <= s: the optimum is (2, 1)/sqrt(5). A bound of 1e-9 had been kept
+// where it was exceeded by 1e-8, more than three times.
+TEST_CASE("optimizer: a constraint is kept in parts of its bound") {
+  for (const std::string algorithm : {"slsqp", "mma"})
+    for (const double s : {1e3, 1.0, 1e-5, 1e-9, 1e-12}) {
+      CAPTURE(algorithm, s);
+      const Found f = optimum_of("small_bound",
+                                 {fmt::format("output.c0.formula=\"{0:.17g}*(a^2+b^2)\"", s),
+                                  fmt::format("optimize.constraint=[{{name=\"k0\",upper={:.17g},terminal=[{{kind="
+                                              "\"value\",output=\"c0\"}}]}}]",
+                                              s)},
+                                 algorithm, 200);
+      CAPTURE(f.best.rho[0], f.best.rho[1], f.result.stop_reason, f.certificate.verdict);
+      CHECK(std::abs(f.best.rho[0] - 2 / std::sqrt(5.0)) < 1e-5);
+      CHECK(std::abs(f.best.rho[1] - 1 / std::sqrt(5.0)) < 1e-5);
+      CHECK(f.best.constraints[0] <= 1e-6 * s);
+      CHECK(f.certificate.kind == Kind::strict_minimum);
+    }
+}
+
 TEST_CASE("certificate: a slope along which psi hardly curves is one") {
   // d(psi)/db = 90 where the Hessian has 1e6 and 1.
   const Found f = optimum_of("steep_and_flat", {}, "lbfgs", 1);

@@ -126,7 +126,7 @@ class Certifier {
     CertificateTerms::Terms terms = terms_.psi;
     for (std::size_t i = 0; i < active_.near.size(); ++i)
       for (const auto& [q, factor] : terms_.rows[active_.near[i]].terms)
-        terms.emplace_back(q, factor * active_.mu[static_cast<Index>(i)]);
+        terms.emplace_back(q, factor * active_.mu[static_cast<Index>(i)] + 0.0);  // no -0
     std::vector<std::string> formulations, notes;
     bool all = true;
     for (std::size_t i = 0; i < design_.cases.size() && all; ++i) {
@@ -244,7 +244,7 @@ class Certifier {
     for (std::size_t i = 0; i < active_.near.size(); ++i) {
       const Row& row = terms_.rows[active_.near[i]];
       if (!violated(row)) result_.active.push_back(row.name);
-      result_.multipliers.emplace_back(row.name, active_.mu[static_cast<Index>(i)]);
+      result_.multipliers.emplace_back(row.name, active_.mu[static_cast<Index>(i)] + 0.0);  // no -0
       if (row.of_worst) of_worst_ -= active_.mu[static_cast<Index>(i)];
     }
     if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[terms_.worst].name, of_worst_);

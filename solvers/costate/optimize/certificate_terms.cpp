@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/optimize/bound_size.h"
+
 namespace costate {
 
 CertificateTerms certificate_terms(const Design& design, const OptimizerEvaluation& first,
@@ -28,6 +30,7 @@ CertificateTerms certificate_terms(const Design& design, const OptimizerEvaluati
     for (const std::size_t i : target.cases) targets.back().emplace_back(i, 1.0);
   }
   const std::vector<DesignBound> bounds = design.bounds();
+  const std::vector<double> sizes = bound_sizes(design.parameters, first, bounds);
   for (std::size_t k = 0; k < bounds.size(); ++k) {
     const DesignBound& b = bounds[k];
     std::size_t at = b.of;
@@ -37,11 +40,8 @@ CertificateTerms certificate_terms(const Design& design, const OptimizerEvaluati
                               first.constraints[k] + b.upper, scaled(best.constraint_gradients[k]),
                               scaled(first.constraint_gradients[k])});
     }
-    t.rows.push_back({"constraint." + b.name,
-                      best.constraints[k],
-                      std::max(1.0, std::abs(b.upper)),
-                      scaled(best.constraint_gradients[k]),
-                      {{at, 1.0}}});
+    t.rows.push_back(
+        {"constraint." + b.name, best.constraints[k], sizes[k], scaled(best.constraint_gradients[k]), {{at, 1.0}}});
   }
   if (!design.minimax()) {
     for (const Terms& of : targets) t.psi.insert(t.psi.end(), of.begin(), of.end());

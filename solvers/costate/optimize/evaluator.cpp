@@ -26,10 +26,32 @@ void require_finite(const Problem& problem, const GradientResult& r, const std::
                                     problem.parameters.parameters[j].name, r.gradient[j]));
 }
 
+/// What is said while it lives, which then stands behind what was said before.
+class OwnNotices {
+ public:
+  OwnNotices() : before_(take_notices()) {}
+  OwnNotices(const OwnNotices&) = delete;
+  OwnNotices& operator=(const OwnNotices&) = delete;
+  ~OwnNotices() {
+    const std::vector<std::string> own = take_notices();
+    for (const auto& sentence : before_) notice(sentence);
+    for (const auto& sentence : own) notice(sentence);
+  }
+  std::vector<std::string> all() const {
+    std::vector<std::string> own = take_notices();
+    for (const auto& sentence : own) notice(sentence);
+    return own;
+  }
+
+ private:
+  std::vector<std::string> before_;
+};
+
 }  // namespace
 
 void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before) {
   const auto begin = std::chrono::steady_clock::now();
+  const OwnNotices said;
   try {
     evaluate(e, before);
   } catch (const Interrupted&) {
@@ -58,6 +80,7 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
                       options_.step_limit_factor);
     e = std::move(failed);
   }
+  e.warnings = said.all();
   e.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

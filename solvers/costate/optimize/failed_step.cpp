@@ -32,13 +32,12 @@ FailedStep::FailedStep(const ParameterSelection& parameters, const std::vector<O
 
 double FailedStep::psi() const { return std::max(best_.psi, last_.psi) + slope_; }
 
-double FailedStep::constraint(std::size_t c, double upper) const {
-  return std::max(best_.constraints[c], last_.constraints[c]) + constraint_rise(c, upper);
+double FailedStep::constraint(std::size_t c, double size) const {
+  return std::max(best_.constraints[c], last_.constraints[c]) + constraint_rise(c, size);
 }
 
-double FailedStep::constraint_rise(std::size_t c, double upper) const {
-  return std::max(
-      {std::abs(best_.constraints[c]), std::abs(last_.constraints[c]), 1e-3 * std::max(1.0, std::abs(upper))});
+double FailedStep::constraint_rise(std::size_t c, double size) const {
+  return std::max({std::abs(best_.constraints[c]), std::abs(last_.constraints[c]), 1e-3 * size});
 }
 
 void FailedStep::gradient(double rise, std::vector<double>& g) const {

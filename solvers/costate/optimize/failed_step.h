@@ -17,8 +17,8 @@ class FailedStep {
   double psi() const;
   /// Of psi along the step, at least a millionth of it.
   double slope() const { return slope_; }
-  double constraint(std::size_t c, double upper) const;
-  double constraint_rise(std::size_t c, double upper) const;
+  double constraint(std::size_t c, double size) const;
+  double constraint_rise(std::size_t c, double size) const;
   /// g := the gradient of a parabola that rises by `rise`, by the scaled parameters; zero behind them.
   void gradient(double rise, std::vector<double>& g) const;
 

@@ -5,14 +5,17 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/optimize/bound_size.h"
 #include "costate/optimize/optimizer_run.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
 
 std::optional<std::size_t> best_evaluation(const std::vector<OptimizerEvaluation>& evaluations, std::size_t count,
-                                           const std::vector<DesignBound>& bounds) {
+                                           const Design& design) {
   std::optional<std::size_t> best;
+  const std::vector<DesignBound> bounds = design.bounds();
+  std::vector<double> sizes;
   double tightest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < count; ++i)
     if (!evaluations[i].failed()) tightest = std::min(tightest, evaluations[i].rtol);
@@ -20,9 +23,11 @@ std::optional<std::size_t> best_evaluation(const std::vector<OptimizerEvaluation
   for (std::size_t i = 0; i < count; ++i) {
     const auto& e = evaluations[i];
     if (e.failed() || e.rtol > tightest) continue;
+    if (sizes.empty()) sizes = bound_sizes(design.parameters, e, bounds);
     double violation = 0;
     for (std::size_t c = 0; c < e.constraints.size(); ++c)
-      violation = std::max(violation, e.constraints[c] / std::max(1.0, std::abs(bounds[c].upper)) - 1e-8);
+      violation =
+          std::max(violation, (e.constraints[c] - kept_within(sizes[c], bounds[c].upper, design.rtol())) / sizes[c]);
     if (violation < least_violation || (violation == least_violation && e.psi < least)) {
       least_violation = violation;
       least = e.psi;

@@ -8,8 +8,10 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/optimize/adapted_tolerance.h"
 #include "costate/optimize/algorithms.h"
+#include "costate/optimize/bound_size.h"
 #include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
 #include "costate/optimize/optimizer_run.h"
@@ -60,17 +62,9 @@ class Run {
       result_.converged = stop_->converged;
     } else if (result_.evaluations.back().failed()) {
       result_.converged = false;
-      result_.stop_reason = fmt::format(
-          "failed evaluations: no step from the best point led to one that could be evaluated; "
-          "the last: {}",
-          result_.evaluations.back().failure);
+      result_.stop_reason = no_step_evaluated(result_.evaluations.back());
     } else if (result_.stop_reason.empty()) {
-      result_.stop_reason = bounds_.empty() && !design_.minimax()
-                                ? fmt::format(
-                                      "optimality: to first order nothing is left to gain, the projected gradient is "
-                                      "{:.3g}",
-                                      result_.evaluations[*best].projected_gradient)
-                                : "optimality: the optimizer's conditions of first order hold";
+      result_.stop_reason = conditions_hold(result_.evaluations[*best], !bounds_.empty() || design_.minimax());
     }
     prefer_flat();
     return result_;
@@ -111,7 +105,8 @@ class Run {
                                                : run->epigraph(index - run->bounds_.size(), at, gradient);
           },
           &handles[c],
-          c < bounds_.size() ? 1e-8 * std::max(1.0, std::abs(bounds_[c].upper)) / units_.constraints[c] : 1e-10);
+          c < bounds_.size() ? kept_within(sizes_[c], bounds_[c].upper, design_.rtol()) / units_.constraints[c]
+                             : 1e-10);
     }
     // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
     // L-BFGS from it.
@@ -240,6 +235,7 @@ class Run {
       e = replay_[list.size()];
       e.index = index;
       e.replayed = true;
+      for (const std::string& sentence : e.warnings) notice(sentence);
     } else {
       replaying_ = false;
       evaluator_.compute(e, list);
@@ -302,8 +298,8 @@ class Run {
       const OptimizerEvaluation& e = at(x);
       if (e.failed()) {
         const FailedStep step = failed_step(e);
-        step.gradient(step.constraint_rise(c, bounds_[c].upper) / units_.constraints[c], g);
-        return step.constraint(c, bounds_[c].upper) / units_.constraints[c];
+        step.gradient(step.constraint_rise(c, sizes_[c]) / units_.constraints[c], g);
+        return step.constraint(c, sizes_[c]) / units_.constraints[c];
       }
       scale_to(g, e.constraint_gradients[c], units_.constraints[c]);
       return e.constraints[c] / units_.constraints[c];
@@ -313,7 +309,9 @@ class Run {
   /// The first evaluation, and the units that NLopt sees: whether there is one.
   bool begin(const std::vector<double>& x) {
     try {
-      units_ = optimizer_units(design_.parameters, at(x), bounds_);
+      const OptimizerEvaluation& first = at(x);
+      units_ = optimizer_units(design_.parameters, first, bounds_);
+      sizes_ = bound_sizes(design_.parameters, first, bounds_);
     } catch (const Stop& stop) {
       stop_ = stop;
     } catch (...) {
@@ -356,7 +354,7 @@ class Run {
   }
 
   std::optional<std::size_t> best_before(std::size_t count) const {
-    return best_evaluation(result_.evaluations, count, bounds_);
+    return best_evaluation(result_.evaluations, count, design_);
   }
 
   /// Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point
@@ -381,6 +379,7 @@ class Run {
   double last_decrease_ = 0;   // of psi at one tolerance
   double size_ = 1;            // of psi, for the epigraph
   OptimizerUnits units_;
+  std::vector<double> sizes_;  // of the constraints
   bool ending_ = false;
   bool replaying_;
   int repeated_ = 0;

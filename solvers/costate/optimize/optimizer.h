@@ -49,6 +49,7 @@ struct OptimizerEvaluation {
   /// Of each case, where a psi or a constraint whose first value is far below the problem's absolute tolerances asked
   /// for smaller ones; or 0, or no entry: the problem's.
   std::vector<AbsoluteTolerances> tolerances;
+  std::vector<std::string> warnings;  // that were given as it was made
   bool replayed = false;
   /// Made where the run ended, of its best point at the last tolerance: a run that goes on does not ask for it.
   bool ending = false;

@@ -13,9 +13,9 @@ OptimizerResult run_optimizer(const Design& design, const OptimizerOptions& opti
                               const std::function<void(const OptimizerEvaluation&)>& record);
 
 /// The best of the first `count` evaluations, of those at the tightest tolerance: the least violation of the
-/// constraints, then the least psi.
+/// constraints, in parts of their sizes (optimize/bound_size.h), then the least psi.
 std::optional<std::size_t> best_evaluation(const std::vector<OptimizerEvaluation>& evaluations, std::size_t count,
-                                           const std::vector<DesignBound>& bounds);
+                                           const Design& design);
 
 /// What an error says.
 std::string message_of(const std::exception_ptr& error);

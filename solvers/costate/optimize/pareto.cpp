@@ -11,6 +11,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/optimize/bound_size.h"
 #include "costate/record/interrupt.h"
 
 namespace costate {
@@ -194,13 +195,15 @@ class Tracer {
     return p;
   }
 
-  ParetoPoint point_of(const OptimizerEvaluation& e, const std::vector<double>& b) const {
+  ParetoPoint point_of(const OptimizerEvaluation& e, const std::vector<double>& b) {
     ParetoPoint p;
     p.simplex = b;
     p.rho = e.rho;
     p.cases = e.cases;
     for (std::size_t g = 0; g < design_.targets.size(); ++g) p.targets.push_back(design_.target(g, e.cases));
-    for (const double c : e.constraints) p.violation = std::max(p.violation, c);
+    if (sizes_.empty()) sizes_ = bound_sizes(design_.parameters, e, design_.bounds());
+    for (std::size_t c = 0; c < e.constraints.size(); ++c)
+      p.violation = std::max(p.violation, e.constraints[c] / sizes_[c]);
     return p;
   }
 
@@ -210,6 +213,7 @@ class Tracer {
   const ParetoSink& record_;
   const std::function<void(const ParetoFront&)>& found_;
   ParetoFront front_;
+  std::vector<double> sizes_;  // of the constraints
   bool conflict_ = true;
   int searches_ = 0;
   std::exception_ptr error_;  // what ended the last search

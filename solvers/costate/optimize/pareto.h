@@ -26,7 +26,7 @@ struct ParetoPoint {
   bool dominated = false;  // another point is no worse in any target and better in one
   bool repeated = false;   // the same as one before it
   std::string stop_reason;
-  double violation = 0;  // of the constraints, where they are not kept
+  double violation = 0;  // of the constraints, in parts of their sizes (optimize/bound_size.h)
   int evaluations = 0;
 
   bool end() const { return least_of >= 0; }

@@ -31,6 +31,18 @@ std::string reason_of(nlopt::result result, const OptimizerOptions& options) {
   }
 }
 
+std::string conditions_hold(const OptimizerEvaluation& best, bool constrained) {
+  return constrained
+             ? "optimality: the optimizer's conditions of first order hold"
+             : fmt::format("optimality: to first order nothing is left to gain, the projected gradient is {:.3g}",
+                           best.projected_gradient);
+}
+
+std::string no_step_evaluated(const OptimizerEvaluation& last) {
+  return fmt::format("failed evaluations: no step from the best point led to one that could be evaluated; the last: {}",
+                     last.failure);
+}
+
 bool ended_elsewhere(const std::vector<OptimizerEvaluation>& evaluations, std::size_t best) {
   const OptimizerEvaluation& last = evaluations.back();
   if (last.failed()) return false;

@@ -26,6 +26,8 @@ namespace {
 // A simulation tells from this R on, where its end has two digits less than the motion, whose errors are up to some
 // hundred tolerances.
 constexpr double kHardlyCrossed = 1e-2, kRunErrors = 100;
+// From this R on errors make hardly more of it than of anything else, whatever the tolerance.
+constexpr double kCrossed = 0.3;
 constexpr double kGrazedEnd = 1e-7, kNoGradientOfEnd = 1e-3, kFewDigitsOfEnd = 1e-5;
 
 // An event of the motion that comes with the end lies behind it. A run to the end's time alone meets it where its own
@@ -154,6 +156,7 @@ void tell_hardly_crossed(const Problem& problem, const Assembly& assembly, doubl
 }
 
 void judge_end(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness) {
+  if (steepness >= kCrossed) return;
   const auto text = [&] {
     return fmt::format(
         "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "

@@ -169,7 +169,7 @@ class Beside {
   /// What an entry may be like: the mechanism's length, a radian, or these over a period.
   double size_of(int i) const {
     const std::string& unit = map_.section().coordinates()[static_cast<std::size_t>(i)].unit;
-    const double size = unit.starts_with("m") ? std::sqrt(cost_size(*map_.problem().mechanism)) : 1;
+    const double size = unit.starts_with("m") ? length_size(*map_.problem().mechanism) : 1;
     return unit.ends_with("/s") ? size / at_.time : size;
   }
 

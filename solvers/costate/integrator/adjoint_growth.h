@@ -1,25 +1,26 @@
 // What errors of the size of the tolerance do to psi, read off an adjoint on its way back: an error e in the state at t
-// changes psi by mu(t)^T e, so that sum of |mu_i| (rtol |y_i| + atol) is what one error of that size there may change
-// it by. Where a motion is chaotic, or runs for long beside an unstable one, this grows beyond psi itself, and no digit
-// of psi or of its gradient is known, whatever the method.
+// changes psi by mu(t)^T e, so that sum of |mu_i| (rtol |y_i| + atol s_i), s the sizes of unknowns, is what one error
+// of that size there may change it by. Where a motion is chaotic, or runs for long beside an unstable one, this grows
+// beyond psi itself, and no digit of psi or of its gradient is known, whatever the method.
 #pragma once
 
 #include <cmath>
 #include <vector>
 
-#include "costate/formulation/system.h"
+#include "costate/integrator/unknown_sizes.h"
 
 namespace costate {
 
 class AdjointGrowth {
  public:
-  /// At every so many calls.
-  void look(double t, const double* y, const double* mu, const std::vector<Unknown>& unknowns, double rtol,
-            double atol) {
+  /// At every so many calls, all of one system.
+  void look(double t, const double* y, const double* mu, const System& system, double rtol, double atol) {
     if (calls_++ % 4 != 0) return;
+    if (sizes_.empty()) sizes_ = unknown_sizes(system);
+    const std::vector<Unknown>& unknowns = system.unknowns();
     double change = 0;
     for (std::size_t i = 0; i < unknowns.size(); ++i)
-      if (unknowns[i].differential) change += std::abs(mu[i]) * (rtol * std::abs(y[i]) + atol);
+      if (unknowns[i].differential) change += std::abs(mu[i]) * (rtol * std::abs(y[i]) + atol * sizes_[i]);
     if (!(change <= change_)) {
       change_ = change;
       t_ = t;
@@ -32,6 +33,7 @@ class AdjointGrowth {
  private:
   double change_ = 0, t_ = 0;
   long calls_ = 0;
+  std::vector<double> sizes_;
 };
 
 }  // namespace costate

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/integrator/unknown_sizes.h"
+
 namespace costate {
 
 namespace {
@@ -13,6 +15,8 @@ constexpr long kSampled = 8;
 constexpr double kAnother = 4, kSmall = 1e-2;
 // Positions that are less are rounding, and no measure of anything.
 constexpr double kLeastPosition = 1e-6;
+
+bool is_force(const Unknown& u) { return u.unit.starts_with("N"); }
 }  // namespace
 
 bool AdjointScale::is_due(double t, double g) {
@@ -41,7 +45,7 @@ bool AdjointScale::is_due(double t, double g) {
 void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns) {
   double largest = 0;
   for (std::size_t i = 0; i < g_y.size(); ++i) {
-    largest = std::max(largest, std::abs(g_y[i]));
+    largest = std::max(largest, std::abs(g_y[i]) * (is_force(unknowns[i]) ? force_ : 1));
     if (unknowns[i].role == Unknown::Role::position) position_ = std::max(position_, std::abs(y[i]));
     if (unknowns[i].role == Unknown::Role::velocity) velocity_ = std::max(velocity_, std::abs(y[i]));
   }
@@ -88,17 +92,19 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
   if (!system.has_running_cost()) return 0;
   const auto n = static_cast<std::size_t>(system.size());
   std::vector<double> x(y, y + n), g_y(n), g_y_rounded(n);
+  const std::vector<double> sizes = unknown_sizes(system);
   gradient(y, g_y.data());
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = system.unknowns()[i];
     const double size = std::abs(y[i]);
     // No two of them alike: a cost may see nothing of a motion as a whole.
     const double part = std::sin(1.0 + 2.3 * static_cast<double>(i));
-    x[i] += part * (u.differential ? kOfEvaluations * size : std::min(size, atol));
+    x[i] += part * (u.differential ? kOfEvaluations * size : std::min(size, atol * sizes[i]));
   }
   gradient(x.data(), g_y_rounded.data());
   double largest = 0;
-  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(g_y_rounded[i] - g_y[i]));
+  for (std::size_t i = 0; i < n; ++i)
+    largest = std::max(largest, std::abs(g_y_rounded[i] - g_y[i]) * (is_force(system.unknowns()[i]) ? sizes[i] : 1));
   return largest;
 }
 

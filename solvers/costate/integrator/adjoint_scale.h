@@ -27,6 +27,8 @@ class AdjointScale {
   /// be looked at, by sample(); now and then, and where g has become another.
   bool is_due(double t, double g);
   void sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
+  /// Derivatives by reactions count in this unit of force: what these depend on is as small as they are.
+  void measure_forces_in(double unit) { force_ = unit; }
   /// Another segment of the same run, over `span`, behind those before it.
   void add_segment(const AdjointScale& other, double span);
   /// With what add_segment() gathered, or for one segment alone.
@@ -41,6 +43,7 @@ class AdjointScale {
   double gradient_ = 0, integral_ = 0;  // integral of the largest |g_y|; that of the segments
   double cost_ = 0, value_ = 0;         // integral of |g|; that of the segments
   double position_ = 0, velocity_ = 0;  // largest met
+  double force_ = 1;
   // The last evaluation, the one before it, and how the last one began; t_ is not a number before the first.
   double t_ = std::numeric_limits<double>::quiet_NaN(), step_ = 0, gradient_before_ = 0, cost_before_ = 0;
   double sampled_gradient_ = 0, sampled_cost_ = 0, largest_cost_ = 0;  // of the last sample; met
@@ -48,9 +51,9 @@ class AdjointScale {
   long evaluations_ = 0, samples_ = 0;
 };
 
-/// What rounding makes of g_y at y, its largest component; of unknowns that are algebraic what is below `atol` is no
-/// more than that. Where a cost is stationary (the square of an output that rests at zero) this may be all there is of
-/// it: the adjoint is then driven by noise, which no step follows.
+/// What rounding makes of g_y at y, its largest component; of unknowns that are algebraic what is below `atol` of their
+/// sizes is no more than that. Where a cost is stationary (the square of an output that rests at zero) this may be all
+/// there is of it: the adjoint is then driven by noise, which no step follows.
 double rounding_of_cost_gradient(System& system, const double* y, double atol,
                                  const std::function<void(const double* y, double* g_y)>& gradient);
 

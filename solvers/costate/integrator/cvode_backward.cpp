@@ -39,7 +39,7 @@ int CvodeSession::backward_rhs(double t, N_Vector y, N_Vector yB, N_Vector fB, v
     s.poll(t, true);
     s.watch_->backward();
     const double* x = s.forward(t, y);
-    s.adjoint_growth_.look(t, x, data(yB), s.system_.unknowns(), s.options_.rtol, s.options_.absolute());
+    s.adjoint_growth_.look(t, x, data(yB), s.system_, s.options_.rtol, s.options_.absolute());
     s.system_.adjoint_rhs(t, x, data(yB), data(fB));
     s.look_back(t, x);
     s.watch_stiffness_back(t, x);

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/event/guard_value.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/run_end.h"
 
@@ -124,7 +123,7 @@ void FixedRun::look_for_event(double until) {
   cut.event = scheme_->pending_event();
   cut.name = scheme_->event_name(cut.event);
   const auto guard = [&, event = cut.event](const StateView& s) {
-    return guard_value_from(event, scheme_->begun(), s, scheme_->assembly());
+    return scheme_->events().guard_from(event, scheme_->begun(), s);
   };
   cut_step(std::move(cut), *t, guard, scheme_->events().needs_multipliers());
 }

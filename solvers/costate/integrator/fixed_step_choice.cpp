@@ -36,7 +36,7 @@ std::vector<double> trial(const Problem& problem, const std::vector<double>& rho
 double nothing(const Problem& problem) {
   constexpr double kPart = 1e-4;  // of what is absolutely tolerated
   const bool cost = !problem.objective.running.empty() || !problem.objective.terminal.empty();
-  return problem.solver.absolute() * (cost ? kPart * cost_size(*problem.mechanism) : length_size(*problem.mechanism));
+  return problem.solver.absolute() * (cost ? kPart * cost_size(problem) : length_size(*problem.mechanism));
 }
 
 /// |a - b| / |b| in the largest entries.

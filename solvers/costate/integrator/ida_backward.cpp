@@ -162,7 +162,7 @@ int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB
     double* r = data(rB);
     const int n = s.system_.size();
     const double* x = s.solved_.at(s.system_, t, s.forward(t, y));
-    s.adjoint_growth_.look(t, x, data(yB), s.system_.unknowns(), s.options_.rtol, s.options_.absolute());
+    s.adjoint_growth_.look(t, x, data(yB), s.system_, s.options_.rtol, s.options_.absolute());
     s.system_.linearize(t, x, data(yp));
     s.backward_cost_gradient(t, x);
     std::copy(s.g_y_back_.begin(), s.g_y_back_.end(), r);

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/event/guard_value.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/integrator/runge_kutta_run.h"
 
@@ -26,9 +25,8 @@ constexpr double kTowards = 0.25;
 template <class Kind>
 bool RungeKuttaRun<Kind>::end_step_at_event(double t) {
   try {
-    end_step_at(begin_, t, [&](double at, const double* y) {
-      return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
-    });
+    end_step_at(begin_, t,
+                [&](double at, const double* y) { return system_.pending_guard(solved_state(system_, at, y)); });
   } catch (const StepError& e) {  // where forces turn as fast as slow slips: nearer to it they hardly turn any more
     last_step_error_ = e.what();
     ++failed_;

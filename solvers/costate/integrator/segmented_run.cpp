@@ -115,7 +115,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   if (scale.position() > 0)
     size.least = std::min(
         (t_ - t_start_) * rounding_of_cost_gradient(system_, session().y(), options_.absolute(), cost_gradient),
-        negligible_cost(system_.assembly().mechanism(), options_) / scale.position());
+        negligible_cost(system_.assembly().mechanism(), system_.objective(), options_) / scale.position());
   AdjointState mu = session().end_adjoint(gradient);
   // A sample makes it jump.
   if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());

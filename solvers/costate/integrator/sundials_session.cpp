@@ -180,6 +180,7 @@ void SundialsSession<Api>::enable_cost() {
 template <class Api>
 void SundialsSession<Api>::enable_adjoint(const CheckpointPlan& plan) {
   adjoint_ = true;
+  adjoint_scale_.measure_forces_in(force_size(system_.assembly().mechanism()));
   watch_.emplace(system_, plan);
   checkpoint_steps_ = plan.steps;
   // IDAS restarts the quadratures wrongly when it repeats the first segment (corrected in 2026, llnl/sundials#888), so

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <string>
+
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -27,11 +31,12 @@ double rate_size(const Mechanism& mechanism) {
 }
 
 std::vector<double> unknown_sizes(const System& system) {
-  const double length = length_size(system.assembly().mechanism()), rate = rate_size(system.assembly().mechanism());
+  const double length = length_size(system.assembly().mechanism()), rate = rate_size(system.assembly().mechanism()),
+               force = force_size(system.assembly().mechanism());
   std::vector<double> sizes;
   for (const Unknown& u : system.unknowns()) {
     const bool metric = u.unit == "m" || u.unit.starts_with("m/"), velocity = u.unit.ends_with("/s");
-    sizes.push_back((metric ? length : 1) * (velocity ? rate : 1));
+    sizes.push_back((metric ? length : u.unit.starts_with("N") ? force : 1) * (velocity ? rate : 1));
   }
   return sizes;
 }
@@ -43,18 +48,32 @@ void fill_absolute_tolerances(const System& system, const SolverOptions& options
   for (std::size_t i = 0; i < sizes.size(); ++i) out[i] = atol * sizes[i];
 }
 
-double cost_size(const Mechanism& mechanism) {
-  const double length = length_size(mechanism);
-  return length * length;
+namespace {
+bool in_forces(const std::string& unit) {
+  return unit.starts_with("N") || unit.starts_with("J") || unit.starts_with("W");
 }
 
-double negligible_cost(const Mechanism& mechanism, const SolverOptions& options) {
-  return 1e-4 * options.absolute() * cost_size(mechanism);
+bool holds_forces(const std::vector<std::shared_ptr<const CostTerm>>& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const auto& term) {
+    const auto* of = dynamic_cast<const OutputTerm*>(&ungated(*term));
+    return term->needs_accelerations() || (of && in_forces(of->output().unit()));
+  });
+}
+}  // namespace
+
+double cost_size(const Mechanism& mechanism, const Objective& objective) {
+  const double length = length_size(mechanism), force = force_size(mechanism);
+  const bool forces = force < 1 && (holds_forces(objective.running) || holds_forces(objective.terminal));
+  return length * length * (forces ? force * force : 1);
+}
+
+double negligible_cost(const Mechanism& mechanism, const Objective& objective, const SolverOptions& options) {
+  return 1e-4 * options.absolute() * cost_size(mechanism, objective);
 }
 
 double cost_tolerance(const System& system, const SolverOptions& options) {
-  const double by_atol =
-      options.absolute() * cost_size(system.assembly().mechanism()) * std::min(1.0, options.t_end - options.t_start);
+  const double by_atol = options.absolute() * cost_size(system.assembly().mechanism(), system.objective()) *
+                         std::min(1.0, options.t_end - options.t_start);
   return options.cost_atol > 0 ? std::min(by_atol, options.cost_atol) : by_atol;
 }
 

@@ -68,7 +68,7 @@ struct Apart {
 
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
-  const double zero = negligible_cost(*problem.mechanism, problem.solver), psi_size = size_of_psi(problem, b),
+  const double zero = negligible_cost(problem), psi_size = size_of_psi(problem, b),
                size = gradient_size(problem.parameters, b.psi, b.gradient);
   Apart r;
   const auto look = [&](double change, double of, const std::string& what) {
@@ -170,10 +170,9 @@ double size_of_psi(const Problem& problem, const GradientResult& r) {
 }
 
 bool resolve_small_psi(Problem& problem, double size, double part) {
-  const double tolerated = problem.solver.absolute() * cost_size(*problem.mechanism),
+  const double tolerated = problem.solver.absolute() * cost_size(problem),
                least = part > 0 ? part : kUnresolved * problem.solver.rtol;
-  if (!(size > negligible_cost(*problem.mechanism, problem.solver)) || kAbsolute * tolerated <= least * size)
-    return false;
+  if (!(size > negligible_cost(problem)) || kAbsolute * tolerated <= least * size) return false;
   const double aim = part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol;
   const double smaller = aim * size / (kAbsolute * tolerated);
   problem.solver.cost_atol = tolerated * std::max(smaller, kFinestIntegral);

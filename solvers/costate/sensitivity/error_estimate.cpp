@@ -151,7 +151,7 @@ double pull_of_parameters(const Problem& problem, const std::vector<double>& rho
 /// as one: a chaotic motion's may be near each other by chance.
 void tell_if_sensitive(const Problem& problem, double psi, const std::vector<double>& gradient,
                        const ErrorEstimate& e) {
-  const double zero = negligible_cost(*problem.mechanism, problem.solver), rtol = problem.solver.rtol,
+  const double zero = negligible_cost(problem), rtol = problem.solver.rtol,
                size = gradient.empty() ? 0 : gradient_size(problem.parameters, psi, gradient);
   const double of_psi = e.psi > zero ? e.psi / std::max(std::abs(psi), std::numeric_limits<double>::min()) : 0,
                of_gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / size : 0;

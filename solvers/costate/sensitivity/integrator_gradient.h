@@ -109,7 +109,7 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   std::vector<std::string> said = take_notices();
   // Of what is nothing a smaller tolerance tells nothing either: a motion at rest makes it of rounding.
   const double size = std::max(std::abs(r.psi), largest_scaled(problem.parameters, r.gradient));
-  if (part < 1 && size > negligible_cost(*problem.mechanism, problem.solver)) {
+  if (part < 1 && size > negligible_cost(problem)) {
     Problem finer = problem;
     finer.solver.tighten(part, 0);
     try {

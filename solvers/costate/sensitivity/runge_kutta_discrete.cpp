@@ -59,7 +59,7 @@ class WayBack {
         problem_.monitor(stages.t, tape_.steps() - k, true);
       }
       adjoint_.step_back(stages, mu.data(), gradient.data());
-      growth_.look(stages.t, stages.y, mu.data(), system_.unknowns(), o.rtol, o.absolute());
+      growth_.look(stages.t, stages.y, mu.data(), system_, o.rtol, o.absolute());
     }
     // Those at the first instant, before any step.
     for (std::size_t j = tape_.steps() > 0 ? tape_.jumps_begin(0) : 0; j-- > 0;)

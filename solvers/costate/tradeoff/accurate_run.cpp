@@ -310,7 +310,7 @@ class Chooser {
       fine.gradient_unit = size > 1e-9 * fine.psi_unit ? size : fine.psi_unit;
     }
     // What is below rounding's part of a cost of this size is zero.
-    const double zero = kZero * cost_size(*problem_.mechanism);
+    const double zero = kZero * cost_size(problem_);
     fine.psi_unit = std::max(fine.psi_unit, zero);
     fine.gradient_unit = std::max(fine.gradient_unit, zero);
     TradeRow row;

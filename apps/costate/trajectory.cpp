@@ -13,7 +13,6 @@
 #include "costate/integrator/run_end.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
-#include "costate/problem/redundant_rows.h"
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
@@ -58,6 +57,7 @@ TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<dou
   prepare(*setup.problem.mechanism);
   if (!chosen.empty()) choose(*setup.problem.mechanism, chosen);
   for (Column& c : table_.columns) c.values.reserve(times_.size());
+  open_.emplace(setup.problem, rho_, outputs_, whole_);
 }
 
 void TrajectoryRecorder::choose(const Mechanism& m, const std::vector<std::string>& chosen) {
@@ -102,6 +102,7 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
 SampleSink TrajectoryRecorder::sink() {
   return [this](const MechanismState& s, System&) {
     table_.time_s.push_back(s.t);
+    open_->look(s);
     for (const double* x : {s.q, s.v, s.a}) collected_.insert(collected_.end(), x, x + assembly_.n());
     collected_.insert(collected_.end(), s.lambda, s.lambda + assembly_.m());
     collected_.insert(collected_.end(), s.z, s.z + assembly_.nz());
@@ -141,10 +142,6 @@ Json TrajectoryRecorder::units() const {
   KeyedObject j;
   for (const Column& c : table_.columns) j.set(output_of_column(c), c.unit);
   return j.take();
-}
-
-void TrajectoryRecorder::tell_of_open_reactions() const {
-  costate::tell_of_open_reactions(setup_.problem, rho_, outputs_, whole_);
 }
 
 std::vector<std::string> not_finite_remarks(const TrajectoryTable& table) {

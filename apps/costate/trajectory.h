@@ -6,6 +6,7 @@
 
 #include "command.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/record/trajectory_table.h"
 
 namespace costate::app {
@@ -24,7 +25,7 @@ class TrajectoryRecorder {
   /// The units of terminal().
   Json units() const;
   /// Gives notice of reactions among the samples that the motion does not determine.
-  void tell_of_open_reactions() const;
+  void tell_of_open_reactions() { open_->tell(); }
   /// The table with the scene inside, and the events of the run; `settings` is stored as JSON.
   TrajectoryTable finish(const Json& settings, const Simulation& run = {});
 
@@ -44,6 +45,7 @@ class TrajectoryRecorder {
   // an assembly of its own has.
   std::vector<double> collected_;
   Assembly assembly_;
+  std::optional<OpenReactions> open_;
 };
 
 /// A sentence for each column that holds what is no number.

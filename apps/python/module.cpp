@@ -85,17 +85,19 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
       for (const auto& name : *names) outputs.push_back(make_output(m, name));
     else
       outputs = make_all_outputs(m);
-    tell_of_open_reactions(problem, values, outputs, false);
+    OpenReactions open(problem, values, outputs, false);
     const auto keep = [&](const MechanismState& s, System& system) {
       // The end of a run that ends by an event is in 'end'.
       const auto asked = [&](double x) { return std::abs(x - s.t) <= 1e-9 * std::max(1.0, std::abs(x)); };
       if (times && std::none_of(at.begin(), at.end(), asked)) return;
       t.push_back(s.t);
+      open.look(s);
       for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));
     };
     problem.solver.confirm = confirm;
     r = confirmed_simulation(problem, values, {at, keep},
                              names ? *names : all_that_is_told(problem, values, p.setup().scene.run.outputs));
+    open.tell();
   });
   if (times && r.end && !at.empty() && at.back() > r.end->t)
     notice(fmt::format("The run ends at t = {:.9g} s ({}): there is nothing at the times behind it.", r.end->t,

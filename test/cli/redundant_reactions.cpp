@@ -34,3 +34,34 @@ TEST_CASE("reactions of redundant rows are told, and their sums that are determi
   const auto files = run_costate({"simulate", scene}, here.path());
   CHECK_THAT(files.err, Contains("nor what is made of them, a.tension, b.tension, c.tension: given are those that"));
 }
+
+TEST_CASE("reactions of contacts that close later and hold a body too often are told") {
+  // A box that falls flat on two feet and slides to rest: from then on who bears how much of its friction is open.
+  const WorkingDirectory here;
+  std::string scene = R"toml([gravity]
+y_m_per_s2 = -9.81
+[body.b]
+mass_kg = 2
+inertia_kg_m2 = 0.1
+x_m = 0
+y_m = 0.25
+vx_m_per_s = 0.2
+[start]
+given = ["b"]
+[run]
+t_end_s = 1
+outputs = ["b.x", "left.friction_force"]
+)toml";
+  for (const char* foot : {"left", "right"})
+    scene += std::string("[point.") + foot + "]\non = \"b\"\nx_m = " + (*foot == 'l' ? "-0.3" : "0.3") +
+             "\ny_m = -0.2\n[contact." + foot + "]\nkind = \"rigid\"\npoint = \"" + foot +
+             "\"\nfriction = \"coulomb\"\nfriction_coefficient = 0.4\n";
+  write_text(here.path() / "box.toml", scene);
+  const Json told = costate_json({"simulate", "box.toml", "--no-files"}, here.path());
+  CHECK_THAT(told.at("warnings").dump(),
+             Contains("does not determine the multipliers of rows that depend on each other") &&
+                 Contains("left.friction_force") && Contains("from t = 0."));
+  // Before it lands nothing is open.
+  const Json flying = costate_json({"simulate", "box.toml", "--no-files", "--t-end", "0.05"}, here.path());
+  CHECK(flying.at("warnings").dump().find("does not determine") == std::string::npos);
+}

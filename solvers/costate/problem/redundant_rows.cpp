@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "costate/analysis/start.h"
@@ -28,26 +29,54 @@ std::string redundant_rows(const Problem& problem, const std::vector<double>& rh
                      fmt::join(names, ", "));
 }
 
-void tell_of_open_reactions(const Problem& problem, const std::vector<double>& rho,
-                            const std::vector<std::unique_ptr<Output>>& outputs, bool multipliers) {
-  Assembly assembly(problem.mechanism, problem.parameters);
-  if (!find_formulation(problem.formulation).carries_redundancy && !assembly.has_switched_rows()) return;
-  assembly.set_parameters(rho.data());
-  const Start start = find_start(assembly, problem.solver.t_start, false);
-  UndeterminedReactions reactions(assembly, problem.solver.t_start, start.q, start.z);
-  if (reactions.none()) return;
+OpenReactions::OpenReactions(const Problem& problem, const std::vector<double>& rho,
+                             const std::vector<std::unique_ptr<Output>>& outputs, bool multipliers)
+    : formulation_(problem.formulation),
+      outputs_(outputs),
+      multipliers_(multipliers),
+      assembly_(problem.mechanism, problem.parameters) {
+  assembly_.set_parameters(rho.data());
+  follows_ = find_formulation(problem.formulation).carries_redundancy || assembly_.has_switched_rows();
   // Of very many not each is looked at.
-  const bool all = static_cast<double>(outputs.size()) * assembly.n() > kMostLooks;
-  std::vector<std::string> open;
-  if (!all)
-    for (const auto& o : outputs)
-      if (reactions.leaves_open(*o)) open.push_back(o->name());
-  if (open.empty() && !multipliers && !all) return;
+  all_ = static_cast<double>(outputs.size()) * assembly_.n() > kMostLooks;
+}
+
+void OpenReactions::look(const StateView& s) {
+  if (!follows_) return;
+  assembly_.switch_rows(s.z);
+  std::vector<char> there;
+  for (int i = 0; i < assembly_.m(); ++i) there.push_back(assembly_.is_there(i) ? 1 : 0);
+  if (seen_.insert(std::move(there)).second)
+    kept_.push_back({s.t, Eigen::Map<const Eigen::VectorXd>(s.q, assembly_.n()),
+                     Eigen::Map<const Eigen::VectorXd>(s.z, assembly_.nz())});
+  follows_ = assembly_.has_switched_rows();
+}
+
+void OpenReactions::judge(const Kept& s) {
+  assembly_.switch_rows(s.z.data());
+  UndeterminedReactions reactions(assembly_, s.t, s.q, s.z);
+  if (reactions.none()) return;
+  const auto add = [](std::vector<std::string>& to, const std::string& name) {
+    if (std::find(to.begin(), to.end(), name) == to.end()) to.push_back(name);
+  };
+  const bool none_before = rows_.empty();
+  const std::size_t open_before = open_.size();
+  if (!all_)
+    for (const auto& o : outputs_)
+      if (reactions.leaves_open(*o)) add(open_, o->name());
+  if (open_.size() == open_before && !multipliers_ && !all_) return;
+  for (const std::string& row : reactions.rows()) add(rows_, row);
+  if (none_before && &s != kept_.data()) since_ = s.t;
+}
+
+void OpenReactions::tell() {
+  for (const Kept& s : kept_) judge(s);
+  if (rows_.empty()) return;
   notice(fmt::format(
-      "The motion does not determine the multipliers of rows that depend on each other ({}){}: given are "
+      "The motion does not determine the multipliers of rows that depend on each other ({}){}{}: given are "
       "those that formulation '{}' chooses. What parts would bear is decided by how they give.",
-      first_names(reactions.rows()), open.empty() ? std::string() : ", nor what is made of them, " + first_names(open),
-      problem.formulation));
+      first_names(rows_), open_.empty() ? std::string() : ", nor what is made of them, " + first_names(open_),
+      since_ ? fmt::format(", from t = {:.4g} s on", *since_) : std::string(), formulation_));
 }
 
 std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho, std::size_t most) {

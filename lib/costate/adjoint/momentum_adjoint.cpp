@@ -84,13 +84,12 @@ void MomentumAdjoint::switch_rows() {
     A_.add(at_.q_kappa, slip_q.data());
     A_.add(at_.P_kappa, slip_v.data());
   }
-  std::vector<double> lost = assembly_.phi_q, nu(static_cast<std::size_t>(m_), -1);
+  std::vector<double> lost = assembly_.phi_q, nu(static_cast<std::size_t>(m_));
   for (std::size_t k = 0; k < lost.size(); ++k)
     if (keeps_position(static_cast<int>(assembly_.jacobian().row[k]))) lost[k] = 0;
   A_.add(at_.q_nu, lost.data(), -1);
   A_.add(at_.phi_q, lost.data(), -1);
-  for (int i = 0; i < m_; ++i)
-    if (keeps_position(i)) nu[static_cast<std::size_t>(i)] = 0;
+  for (int i = 0; i < m_; ++i) nu[static_cast<std::size_t>(i)] = level_.stabilizer_corner(i);
   A_.add(at_.nu_corner, nu.data());
 }
 

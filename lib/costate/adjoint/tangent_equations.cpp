@@ -107,9 +107,8 @@ void TangentEquations::switch_rows(const Assembly::ParameterColumns& c) {
     if (kept(assembly_.jacobian().row[k])) lost[k] = 0;
   A_.add(at_.p_q, lost.data(), -1);
   for (int i = 0; i < m_; ++i) {
-    if (kept(i)) continue;
-    gamma[static_cast<std::size_t>(i)] = -1;
-    b_.row(g + i).setZero();
+    gamma[static_cast<std::size_t>(i)] = level_.stabilizer_corner(i);
+    if (!kept(i)) b_.row(g + i).setZero();
   }
   A_.add(at_.gamma_corner, gamma.data());
 }

@@ -298,6 +298,8 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
     for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
     for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
     if (!std::isfinite(forces) || !std::isfinite(accelerations)) return false;
+    StateView solved = now;
+    solved.lambda = x.data() + n;
     for (std::size_t c = 0; c < closed.size(); ++c) {
       const ContactOf& at = *closed[c];
       const double* lambda = x.data() + n + at.first_row;
@@ -309,8 +311,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       if (-lambda[0] < -kContactRounding * forces) return false;
       if (at.sliding_state < 0 || &at == begins_to_slide) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
-        const double friction = slides_in_space(at) ? std::hypot(lambda[1], lambda[2]) : std::abs(lambda[1]);
-        if (friction > -number(at, at.contact->sticking_number()) * lambda[0] + beyond * forces) return false;
+        if (!sticks_within_limits(at, solved, beyond * forces)) return false;
       } else if (rests[c]) {
         const auto along = [&](int row) { return row_of(*at.force, *at.contact, row, s, assembly_, x.data()).c2; };
         const double faster = from_rest[c] ? slip[c][0] * along(1) + slip[c][1] * along(2) : direction * along(1);

@@ -55,8 +55,7 @@ void MotionEvents::linearize_with_reactions(const GuardOf& g, const StateView& b
   // What is between an integrator's steps of multipliers is interpolated, and no error test has seen it.
   StateView own = before;
   own.lambda = reactions_->solve(before, assembly_.rho());
-  linearize(g, own, minus, columns);
-  const ReactionSlope::Slope slope = reactions_->slope(by_multipliers_of(g));
+  const ReactionSlope::Slope slope = reactions_->slope(linearize_all(g, own, minus, columns));
   for (std::size_t i = 0; i < h_x_.size(); ++i) h_x_[i] += slope.x[static_cast<Eigen::Index>(i)];
   for (std::size_t j = 0; j < h_rho_.size(); ++j) h_rho_[j] += slope.rho[static_cast<Eigen::Index>(j)];
   hdot_ += slope.rate;

@@ -41,6 +41,7 @@ void MotionEvents::begin(const StateView& at) {
   // Of a contact that cannot stick at the start beside others of its body that do.
   const auto shared_friction = [&](const GuardOf& g) -> std::string {
     if (g.contact < 0 || contacts_[static_cast<std::size_t>(g.contact)].sliding_state < 0) return {};
+    if (!sharing(g, s).empty()) return " All that stick on one body were counted together.";
     const ContactOf& own = contacts_[static_cast<std::size_t>(g.contact)];
     for (const ContactOf& c : contacts_)
       if (&c != &own && c.sliding_state >= 0 && s.z[c.closed_state] > 0.5 &&

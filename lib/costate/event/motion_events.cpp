@@ -11,7 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
-#include "costate/event/guard_value.h"
+#include "costate/event/kept_states.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/event/time_of_change.h"
 #include "costate/mechanism/coordinate_parts.h"
@@ -21,16 +21,10 @@
 namespace costate {
 
 namespace {
-// Looks within a step at guards that are no gaps, or whose gap may close in it: what crosses and comes back between two
-// of them is seen of gaps alone.
-constexpr int kLooks = 4;
 // A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
 constexpr double kWrongWay = 1e-5;
 // Of a look, by powers of two: how near its beginning what begins at its limit is seen to fall back.
 constexpr int kHalvings = 40;
-// Of errors of velocities: slower slips in space are not resolved. And of its largest speed, of which no slip is over
-// before.
-constexpr double kUnresolved = 10, kMostOfSlip = 0.1;
 // Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
 constexpr double kOfStep = 1e-9;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
@@ -73,6 +67,7 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
       if (gaps && g.force == &force && gaps->gap_of_guard(g.k) >= 0)
         g.gap.emplace(force, *gaps, gaps->gap_of_guard(g.k));
   }
+  shared_.resize(guards_.size());
   if (!guards_.empty()) length_ = length_size(mech);
 }
 
@@ -114,7 +109,7 @@ MeasureArguments MotionEvents::arguments() const {
 }
 
 double MotionEvents::value(const GuardOf& g, const StateView& s) {
-  const double h = guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, gathered_);
+  const double h = guard(g, s);
   const double slowest = slowest_slip(g);
   return slowest > 0 ? h + 0.5 * kSlidingOffset - slowest : h;
 }
@@ -139,15 +134,18 @@ void MotionEvents::calc(const StateView& s, std::vector<double>& h) {
   }
 }
 
-std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
-                                                    const std::function<StateView(double)>& at) {
+std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, const States& states,
+                                                    const States& places) {
   double begin = from;
+  thread_local KeptStates kept;
+  kept.begin(assembly_);
+  const States solved = [&](double t) { return kept(t, states); }, placed = [&](double t) { return kept(t, places); };
   if (needs_multipliers_) {
-    const StateView last = at(to);
+    const StateView last = kept.keep(to, states);
     for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
   }
   const bool anew = !(from == looked_until_);
-  choose_looks(from, to, at);
+  choose_looks(from, to, placed);
   // |w| of a slip in space falls below its offset for an instant only, while friction turns round: what slid forward at
   // the last look and slides back has stopped between. The way it slides is told by the guard's slopes.
   std::vector<double> forward, here_forward;
@@ -174,7 +172,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     return kContactRounding * largest;
   };
   for (const double end : looks_) {
-    const StateView here = at(end);
+    const StateView here = kept.keep(end, states);
     calc(here, after_);
     // What has just crossed is at zero but for rounding, which differs from that where it was found.
     double at_zero = 0;
@@ -184,6 +182,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     for (std::size_t i = 0; i < guards_.size(); ++i) {
       GuardOf& g = guards_[i];
       const int direction = g.guarded->guard_direction(g.k);
+      const States& at = by_multipliers(g) ? solved : placed;
       const double at_last_look = std::exchange(g.last, after_[i]);
       double a = begin, b = end;
       const bool comes = !std::isnan(after_[i]);
@@ -215,7 +214,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
           a = begin + (end - begin) * std::ldexp(1, -50 + k);
         g.ready = value(g, at(a)) * direction < -rounding;
         if (!g.ready) {
-          if (const double t = falls_back(g, begin, end, at); !std::isnan(t)) {
+          if (const double t = falls_back(g, begin, end, placed); !std::isnan(t)) {
             if (!first || t < first->t) first = Hit{t, static_cast<int>(i)};
             continue;
           }
@@ -286,72 +285,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     }
     begin = end;
   }
-  return find_unresolved(from, to, at);
-}
-
-std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, double to,
-                                                               const std::function<StateView(double)>& at) {
-  if (!(slip_error_.relative > 0)) return {};
-  std::optional<Hit> first;
-  for (std::size_t i = 0; i < guards_.size(); ++i) {
-    const GuardOf& g = guards_[i];
-    const double slowest = slowest_slip(g);
-    if (!g.ready || !(slowest > 0) || std::isnan(g.last)) continue;
-    const double least = std::min(kUnresolved * (slip_error_.relative * g.largest_slip + slip_error_.absolute),
-                                  kMostOfSlip * g.largest_slip);
-    const auto above = [&](double t) { return value(g, at(t)) + slowest > least; };
-    if (above(to)) continue;
-    double a = from, b = to;
-    halve_to_change(a, b, kOfStep * (to - from), above);
-    if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
-  }
-  if (!first) return {};
-  looked_until_ = std::numeric_limits<double>::quiet_NaN();
-  guards_[static_cast<std::size_t>(first->event)].ready = false;
-  return first;
-}
-
-void MotionEvents::choose_looks(double from, double to, const std::function<StateView(double)>& at) {
-  looks_.clear();
-  bool near = !(from == looked_until_);
-  double size = 0;
-  const StateView last = at(to);
-  thread_local std::vector<GapTrace::Look> ends;  // of gaps that are looked at; the others' times are no numbers
-  ends.assign(guards_.size(), {std::numeric_limits<double>::quiet_NaN(), {}});
-  for (std::size_t i = 0; i < guards_.size(); ++i) {
-    GuardOf& g = guards_[i];
-    if (!g.guarded->guard_armed(g.k, last.z + g.first_state)) continue;
-    near = near || !g.gap || g.just_left;
-    if (!g.gap) continue;
-    ends[i] = g.gap->look(last, assembly_);
-    near = near || g.seen.t != from || !stays_away(g.seen, ends[i]);
-    // What is past and was not seen to come stays away on the wrong side.
-    near = near || (!g.ready && ends[i].m.gap * g.guarded->guard_direction(g.k) > 0);
-    size = std::max(size, size_of(*g.force, last));
-  }
-  reach_ = std::max(reach_, size);
-  if (near) {
-    for (int j = 0; j <= kLooks; ++j) looks_.push_back(j == kLooks ? to : from + (to - from) * j / kLooks);
-    for (std::size_t i = 0; i < guards_.size(); ++i) {
-      GuardOf& g = guards_[i];
-      if (!(from < ends[i].t)) continue;
-      if (g.seen.t != from) g.seen = g.gap->look(at(from), assembly_);
-      if (stays_away(g.seen, ends[i])) continue;
-      g.gap->follow(g.seen, ends[i], at, assembly_, trace_);
-      for (std::size_t k = 1; k + 1 < trace_.size(); ++k)
-        if ((trace_[k].m.gap < 0) != (trace_[k - 1].m.gap < 0) && std::abs(trace_[k].m.gap) > kGapRounding * size)
-          looks_.push_back(trace_[k].t);
-    }
-    std::sort(looks_.begin(), looks_.end());
-    looks_.erase(std::unique(looks_.begin(), looks_.end()), looks_.end());
-  }
-  for (std::size_t i = 0; i < guards_.size(); ++i) {
-    GuardOf& g = guards_[i];
-    if (std::isnan(ends[i].t)) continue;
-    g.seen = ends[i];
-    if (!near && ends[i].m.gap * g.guarded->guard_direction(g.k) < 0) g.ready = true;
-  }
-  looked_until_ = to;
+  return find_unresolved(from, to, placed);
 }
 
 // What has left by less than is seen of it, and comes back.

@@ -18,9 +18,9 @@
 #include "costate/assembly/gathered_state.h"
 #include "costate/assembly/variation.h"
 #include "costate/element/guarded_force.h"
-#include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
 #include "costate/event/reaction_slope.h"
+#include "costate/event/watched_guard.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -83,9 +83,11 @@ class MotionEvents {
     double t;
     int event;
   };
-  /// The first event of a step; `at` gives the state at times between its ends, valid until it is called again. To be
-  /// called for each step once, in order of time.
-  std::optional<Hit> find(double from, double to, const std::function<StateView(double)>& at);
+  using States = std::function<StateView(double)>;
+  /// The first event of a step; `at` gives the state at times between its ends, valid until it is called again, and
+  /// `places` the same without accelerations and multipliers, which may cost less. To be called for each step once, in
+  /// order of time.
+  std::optional<Hit> find(double from, double to, const States& at, const States& places);
 
   /// Where a guard came to be looked at, or ceased to be, and was nearly zero: what errors decide. The nearest one of
   /// the run so far, by parts of `size`, the largest coordinate.
@@ -174,6 +176,11 @@ class MotionEvents {
 
   // For steps that end at an event and are differentiated themselves (discrete/step_cut.h): the time of the event is
   // that at which the guard of the step's own end is zero. In event/step_crossing.cpp.
+  /// The guard at (t, q, v, z; lambda where it depends on multipliers).
+  double guard(int event, const StateView& s);
+  /// The same, but that where a slip in space ends it is negative as long as w points back from where it points at
+  /// `begin`: |w| is no less than zero.
+  double guard_from(int event, const StateView& begin, const StateView& s);
   /// Derivatives of the guard at `before`, which has its multipliers; returns that by time. Throws what tangent()
   /// throws where there is no derivative.
   double guard_gradient(int event, const StateView& before, const Side& minus, const Side& plus, ScalarGradient& out);
@@ -185,23 +192,8 @@ class MotionEvents {
   double transition_adjoint(int event, const StateView& before, double* mu, double* gradient);
 
  private:
-  struct GuardOf {
-    const Force* force;
-    const GuardedForce* guarded;
-    int k;            // of the force's own
-    int first_state;  // of the force, among all
-    std::string name;
-    int contact = -1;        // of contacts_
-    int first_row = -1;      // of the constraint that its multipliers are of
-    bool just_left = false;  // of a rigid contact behind an impact or a release: the gap grows from zero
-    bool ready = false;      // seen on the side from which it crosses
-    double last = std::numeric_limits<double>::quiet_NaN();  // its value at the last look, if it was looked at
-    double largest_slip = 0;                                 // of the stop of a slip in space that goes on
-    double largest_from_rest = 0, offset[2] = {0, 0};  // likewise, of one that has begun from rest with this offset
-    std::optional<GapTrace> gap = {};
-    GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(),
-                           {}};  // of the gap, where the step before has ended
-  };
+  using GuardOf = WatchedGuard;
+  using ContactOf = WatchedContact;
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
   bool by_multipliers(const GuardOf& g) const {
     using Guard = UnilateralForce::Guard;
@@ -217,6 +209,8 @@ class MotionEvents {
   /// Guard values; NaN where a guard is not looked at.
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
+  /// The guard as the force has it, with those that share its friction (event/shared_friction.cpp).
+  double guard(const GuardOf& g, const StateView& s);
   /// The speed at which a slip in space ends; 0 of other guards.
   double slowest_slip(const GuardOf& g) const;
   /// Of a step in which nothing else has happened: where a slip in space has fallen below what is resolved.
@@ -238,25 +232,6 @@ class MotionEvents {
   double falls_back(const GuardOf& g, double begin, double end, const std::function<StateView(double)>& at);
   void require_seen(const GuardOf& g, double last, double past, const StateView& s);
   MeasureArguments arguments() const;
-  /// A rigid contact, and what it is behind what cross() has solved for.
-  struct ContactOf {
-    const Force* force;
-    const UnilateralForce* contact;
-    int closed_state;   // among all, or -1
-    int sliding_state;  // likewise
-    int first_row;      // of its constraint, or -1
-    int part;           // of the mechanism (mechanism/coordinate_parts.h): others take no part in its events
-    double largest_approach = 0;
-    std::vector<double> died_at = {};  // when its bounces had died out; known up to `decided`, for the way back
-    double decided = -std::numeric_limits<double>::infinity();
-    /// For how long it would still bounce where it has closed, as that had died out.
-    struct Unseen {
-      double since = std::numeric_limits<double>::quiet_NaN(), lasts_s = 0;
-    };
-    Unseen unseen = {};
-    bool closed = false;
-    int slides = 0;  // the direction
-  };
   /// A contact in an impact: what it does, and the rows of Impact that are its own.
   struct InPlay {
     ContactOf* contact;
@@ -327,10 +302,19 @@ class MotionEvents {
     return number(c, c.contact->sticking_number()) > number(c, c.contact->friction_number());
   }
   bool friction_falls(const GuardOf& g) const;
+  // In event/shared_friction.cpp.
+  /// The guards of others that stick and slide as this contact does, so that who bears how much of the friction is not
+  /// determined, while what is left to the limits of all is; of a guard of falling friction, else none.
+  const std::vector<int>& sharing(const GuardOf& g, const StateView& s);
+  std::vector<int> find_sharing(const GuardOf& g, const StateView& s);
+  /// Whether what sticks at this state, which has its multipliers, exceeds no limit of friction by more than `beyond`.
+  bool sticks_within_limits(const ContactOf& c, const StateView& s, double beyond);
   /// Throws CapabilityError where such a contact, behind its slip, is held by others.
   void require_falling(int event, const StateView& before, const StateView& behind);
   /// The guard's derivatives by the multipliers of a contact (m), at what load() has loaded.
   Eigen::VectorXd by_multipliers_of(const GuardOf& g);
+  /// linearize() of the guard and of those that share its friction; returns the derivatives by multipliers.
+  Eigen::VectorXd linearize_all(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
   /// linearize() where such a guard has the multipliers that belong to the state, and h_x_, h_rho_ and hdot_ what these
   /// depend on.
   void linearize_with_reactions(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
@@ -368,6 +352,11 @@ class MotionEvents {
   std::unique_ptr<Impact> impact_;
   std::unique_ptr<ReactionSlope> reactions_;  // made where it is asked
   std::vector<ContactOf> contacts_;
+  struct SharedFriction {
+    std::vector<double> modes = {};  // of the contacts of the part, at which `guards` is known
+    std::vector<int> guards = {};
+  };
+  std::vector<SharedFriction> shared_;  // by guards
   bool needs_multipliers_ = false, between_steps_ = false, carries_slips_from_rest_ = false;
   double slow_slips_ = 0;
   struct {

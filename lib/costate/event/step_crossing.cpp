@@ -2,9 +2,25 @@
 // alone, without the rates of the motion on either side.
 #include <algorithm>
 
+#include "costate/assembly/slip_on_line.h"
+#include "costate/element/force/rigid_contact.h"
 #include "costate/event/motion_events.h"
 
 namespace costate {
+
+double MotionEvents::guard(int event, const StateView& s) { return guard(of(event), s); }
+
+double MotionEvents::guard_from(int event, const StateView& begin, const StateView& s) {
+  const GuardOf& g = of(event);
+  const double value = guard(g, s);
+  if (!stops_in_space(g)) return value;
+  const auto slip = [&](const StateView& x) {
+    Variation still;
+    still.q = still.v = x.v;
+    return SlipOnLine(assembly_, x, still, g.first_row).w;
+  };
+  return slip(begin).dot(slip(s)) < 0 ? -value - kSlidingOffset : value;
+}
 
 double MotionEvents::guard_gradient(int event, const StateView& before, const Side& minus, const Side& plus,
                                     ScalarGradient& out) {
@@ -12,7 +28,7 @@ double MotionEvents::guard_gradient(int event, const StateView& before, const Si
   // For what it refuses: the steps on either side have an end and a beginning there also where nothing jumps.
   goes_on_smoothly(event, before, minus, plus);
   const GuardOf& g = of(event);
-  linearize(g, before, minus, true);
+  const Eigen::VectorXd by_multipliers = linearize_all(g, before, minus, true);
   const int n = assembly_.n(), nz = assembly_.nz();
   const Eigen::Map<const Eigen::VectorXd> x(h_x_.data(), 2 * n + nz);
   out.set_zero();
@@ -20,7 +36,7 @@ double MotionEvents::guard_gradient(int event, const StateView& before, const Si
   out.v = x.segment(n, n);
   out.z = x.tail(nz);
   out.rho = Eigen::Map<const Eigen::VectorXd>(h_rho_.data(), assembly_.np());
-  if (!lambda_.empty()) out.lambda = by_multipliers_of(g);
+  if (!lambda_.empty()) out.lambda = by_multipliers;
   return h_t_;
 }
 

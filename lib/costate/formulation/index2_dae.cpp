@@ -94,7 +94,7 @@ void Index2Dae::residual(double t, const double* y, const double* yp, double* r)
   level_.add_reactions(1, s.lambda, ra);
   for (int i = 0; i < m_; ++i) {
     rl[i] = assembly_.phi_t[i];
-    rg[i] = kept(i) ? assembly_.phi[i] : -gamma[i];
+    rg[i] = (kept(i) ? assembly_.phi[i] : 0) + level_.stabilizer_corner(i) * gamma[i];
   }
   level_.add_jacobian(1, s.v, rl);
   level_.add_corner(1, s.lambda, rl);
@@ -151,7 +151,7 @@ void Index2Dae::fill_jacobian(double cj) {
   }
   if (at_.corner < 0) return;
   J.add(at_.corner, level_.corner());
-  for (int i = 0; i < m_; ++i) gamma_corner_[static_cast<std::size_t>(i)] = kept(i) ? 0 : -1;
+  for (int i = 0; i < m_; ++i) gamma_corner_[static_cast<std::size_t>(i)] = level_.stabilizer_corner(i);
   J.add(at_.gamma_corner, gamma_corner_.data());
 }
 
@@ -226,8 +226,7 @@ void Index2Dae::add_product(double c, const double* x, double* out) {
   level_.add_corner(c, xl, ol);
   add_slips(c, x, xv, ol);
   costate::add_product(assembly_.jacobian(), kept_q.data(), c, x, og);
-  for (int i = 0; i < m_; ++i)
-    if (!kept(i)) og[i] -= c * xg[i];
+  for (int i = 0; i < m_; ++i) og[i] += c * level_.stabilizer_corner(i) * xg[i];
 }
 
 void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
@@ -255,8 +254,7 @@ void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
   level_.add_corner_transposed(c, xl, ol);
   add_slips_transposed(c, xl, out, ov);
   costate::add_transposed_product(assembly_.jacobian(), kept_q.data(), c, xg, out);
-  for (int i = 0; i < m_; ++i)
-    if (!kept(i)) og[i] -= c * xg[i];
+  for (int i = 0; i < m_; ++i) og[i] += c * level_.stabilizer_corner(i) * xg[i];
 }
 
 void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {

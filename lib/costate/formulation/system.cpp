@@ -25,9 +25,11 @@ void System::begin_events(double t, const double* y) {
 
 std::optional<double> System::find_event(double from, double to, const std::function<const double*(double)>& at) {
   if (!events_) return {};
-  const auto hit = events_->find(from, to, [&](double t) {
-    return events_->needs_multipliers() ? solved_state(*this, t, at(t)) : look_state(t, at(t));
-  });
+  const MotionEvents::States places = [&](double t) { return look_state(t, at(t)); };
+  const auto hit = events_->needs_multipliers()
+                       ? events_->find(
+                             from, to, [&](double t) { return solved_state(*this, t, at(t)); }, places)
+                       : events_->find(from, to, places, places);
   if (!hit) return {};
   pending_event_ = hit->event;
   return hit->t;

@@ -120,6 +120,8 @@ class System {
   /// pending one; `at` gives y at times between.
   std::optional<double> find_event(double from, double to, const std::function<const double*(double)>& at);
   int pending_event() const { return pending_event_; }
+  /// Its guard, zero where it happens.
+  double pending_guard(const StateView& s) { return events_->guard(pending_event_, s); }
   void forget_event() { pending_event_ = -1; }
   /// Tangents are from here on not integrated with the motion (event/motion_events.h).
   void differentiate_between_steps() {

@@ -77,6 +77,12 @@ class AccelerationLevel {
     return std::count_if(rows.others.begin(), rows.others.end(), [this](int r) { return assembly_.is_there(r); }) >=
            rows.too_many;
   }
+  /// That of row i of index 2's stabilizers, Phi - e gamma = 0, which vanish on the motion, so that e changes nothing:
+  /// -1 where no position is kept, and a little, in s, where gaps hold one body more often than it takes.
+  double stabilizer_corner(int i) const {
+    if (!assembly_.is_there(i) || !assembly_.holds_position(i)) return -1;
+    return gives(i) ? -kStabilizerGives : 0;
+  }
   bool may_give(int i) const { return !giving_rows_.empty() && giving_rows_[static_cast<std::size_t>(i)].too_many > 0; }
   bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
   /// -1/alpha of all rows, and -s mu of those along which contacts slide, on corner_pattern().
@@ -181,6 +187,7 @@ class AccelerationLevel {
   SparsePattern corner_pattern_;
   std::vector<std::int64_t> corner_diagonal_;
   std::vector<double> corner_;
+  static constexpr double kStabilizerGives = 1e-8;
   /// The same row of other contacts of the body, of which so many determine what this row does; 0: it never gives.
   struct GivingRow {
     std::vector<int> others;

@@ -128,6 +128,8 @@ TEST_CASE("own jumps: a force that jumps as the motion comes to a place has no g
     for (const char* method : methods)
       CHECK_THROWS_WITH(gradient(s.problem, method, rho),
                         Contains("The force of 'brakes.own' jumps") && Contains("differences"));
+    if (kind == Brake::jumps) continue;  // of which a fixed step has no solution
+    s.problem.formulation = "index3";
     s.problem.solver.integrator = "fixed";
     s.problem.solver.step_s = 1e-3;
     CHECK_THROWS_WITH(gradient(s.problem, "discrete-adjoint", rho), Contains("The force of 'brakes.own' jumps"));

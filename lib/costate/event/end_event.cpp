@@ -123,7 +123,8 @@ void EndSearch::note(double t, double h) {
     nearest_ = std::abs(h);
     nearest_time_ = t;
   }
-  largest_ = std::max(largest_, h);
+  // A step that leads past the end tells nothing of the run.
+  if (!armed_ || h <= 0) largest_ = std::max(largest_, h);
   smallest_ = std::min(smallest_, h);
 }
 

@@ -13,7 +13,7 @@
 namespace costate {
 
 namespace {
-// Along the ground, of the largest acceleration: less is none.
+// Along the ground, of the largest acceleration, or what forces alone would make: less is none.
 constexpr double kHeld = 1e-9;
 }  // namespace
 
@@ -28,7 +28,7 @@ void MotionEvents::require_falling(int event, const StateView& before, const Sta
   if (!friction_falls(of(event)) || behind.z[own.closed_state] < 0.5 || behind.z[own.sliding_state] == 0) return;
   std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
   solve_motion(behind, x.data());
-  double largest = 0;
+  double largest = acceleration_by_forces(behind);  // of what is held all accelerations are rounding
   for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
   if (std::abs(row_of(*own.force, *own.contact, 1, behind, assembly_, x.data()).c2) > kHeld * largest) return;
   throw CapabilityError(fmt::format(

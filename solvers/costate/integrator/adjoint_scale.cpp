@@ -72,7 +72,8 @@ AdjointSize AdjointScale::with_terminal(double cost, const double* y, const std:
   double position = position_;
   for (std::size_t i = 0; i < unknowns.size(); ++i)
     if (unknowns[i].role == Unknown::Role::position) position = std::max(position, std::abs(y[i]));
-  s.value = position > 0 ? (value_ + std::abs(cost)) / std::max(position, kLeastPosition) : 0;
+  s.cost = value_ + std::abs(cost);
+  s.value = position > 0 ? s.cost / std::max(position, kLeastPosition) : 0;
   return s;
 }
 
@@ -130,12 +131,17 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
   return std::max(others, velocities);
 }
 
-void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double rtol, double* atol) {
+void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double cost, double rtol,
+                             double* atol) {
   double size = 0;  // of the positions
+  bool any = false;
   for (int i = 0; i < system.size(); ++i)
-    if (system.unknowns()[i].role == Unknown::Role::position) size = std::max(size, std::abs(y[i]));
-  for (int j = 0; j < system.parameter_count(); ++j)
-    atol[j] = rtol * adjoint_size * std::max(size, kLeastPosition) / system.parameters().parameters[j].scale;
+    if (system.unknowns()[i].role == Unknown::Role::position) {
+      size = std::max(size, std::abs(y[i]));
+      any = true;
+    }
+  const double of_psi = !any && cost > 0 ? cost : adjoint_size * std::max(size, kLeastPosition);
+  for (int j = 0; j < system.parameter_count(); ++j) atol[j] = rtol * of_psi / system.parameters().parameters[j].scale;
 }
 
 }  // namespace costate

@@ -18,6 +18,7 @@ struct AdjointSize {
   double velocity_factor = 1;  // of velocities against the others
   double value = 0;            // psi's own size per position: rounding makes eps times that of an adjoint that is zero
   double least = 0;            // what of an adjoint is rounding, in any case
+  double cost = 0;             // psi's own size, of what its parts amount to
 };
 
 /// Gathers the sizes on the way forward: integrals, as steps crowd where a cost is short and large.
@@ -63,7 +64,9 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
                               const AdjointSize& expected, double rtol, double unweighted, double* atol);
 
 /// Absolute tolerances for the gradient's integral, an entry a parameter: an adjoint of the size that
-/// set_adjoint_tolerances() returns acts on positions of the size in y, per the parameter's scale.
-void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double rtol, double* atol);
+/// set_adjoint_tolerances() returns acts on positions of the size in y, per the parameter's scale; where there are none
+/// (a driver for each freedom) of psi's size.
+void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double cost, double rtol,
+                             double* atol);
 
 }  // namespace costate

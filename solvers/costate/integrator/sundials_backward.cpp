@@ -121,7 +121,7 @@ void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const Adj
   Backward& b = *back_;
   const double scale = set_adjoint_tolerances(system_.unknowns(), mu.mu, expected, options_.rtol,
                                               Api::implicit ? kUnweighted : options_.rtol, b.atol.data());
-  set_gradient_tolerances(system_, y, scale, options_.rtol, b.atol_q.data());
+  set_gradient_tolerances(system_, y, scale, expected.cost, options_.rtol, b.atol_q.data());
 }
 
 template <class Api>

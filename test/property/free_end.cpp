@@ -197,36 +197,6 @@ TEST_CASE("free end: grazed ends and what cannot do it are refused by name", "[f
   CHECK(told);
 }
 
-// x = v t comes to 2 m at 1 s; its end is crossed as well as one can be, whatever the tolerance.
-TEST_CASE("free end: a clean end has a gradient at loose tolerances", "[free_end]") {
-  Problem p = make_problem(Scene::parse(R"toml([point.P]
-x_m = 0
-y_m = 0
-vx_m_per_s = 2
-[mass.m]
-point = "P"
-mass_kg = 1
-[start]
-given = ["P.x", "P.y"]
-[run]
-t_end_s = 5
-parameters = ["point.P.vx_m_per_s"]
-ends_when = { output = "P.x", above = 2.0 }
-[[cost.terminal]]
-kind = "value"
-output = "time"
-)toml",
-                                        "straight.toml"));
-  for (const double rtol : {1e-2, 1e-3, 1e-4, 1e-6})
-    for (const char* method : {"idas-adjoint", "cvodes-adjoint", "cvodes-forward", "hand-adjoint"}) {
-      CAPTURE(rtol, method);
-      p.solver.rtol = rtol;
-      take_notices();
-      CHECK(std::abs(gradient(p, method, p.parameters.values()).gradient[0] + 0.5) <= 1e-6);
-      for (const auto& s : take_notices()) CHECK(s.find("hardly crossed") == std::string::npos);
-    }
-}
-
 TEST_CASE("free end: mistakes in ends_when have a place", "[free_end]") {
   const auto fails = [](const std::string& ends, const std::string& text) {
     CHECK_THROWS_WITH(Scene::parse(pendulum(ends, kTime), "s.toml"),

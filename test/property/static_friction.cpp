@@ -6,7 +6,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "costate/base/error.h"
@@ -268,40 +267,6 @@ TEST_CASE("static friction: what is not carried is refused by name", "[events]")
   CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("a fall of friction") && Contains("differences"));
   CHECK_THROWS_WITH(make_problem(Scene::parse(with_words(pushed, {{"STATIC", "0.2"}}), "pushed.toml")),
                     Contains("must not be less than that of sliding"));
-  // A body in a groove between two slopes, pulled across: what one takes by friction the other takes by pressure, and
-  // what is left to both limits is not determined.
-  std::string groove = R"toml([gravity]
-y_m_per_s2 = -9.81
-[body.b]
-mass_kg = 2
-inertia_kg_m2 = 0.1
-x_m = 0
-y_m = 0.3268379
-[point.C]
-on = "b"
-x_m = 0
-y_m = 0
-[force.pull]
-point = "C"
-formula_x_N = "10*t"
-[start]
-given = ["b.angle"]
-given_velocities = []
-[run]
-t_end_s = 3
-[[cost.terminal]]
-kind = "value"
-output = "b.x"
-)toml";
-  for (const auto& [foot, x, slope] : {std::tuple{"left", -0.3, -0.4}, {"right", 0.3, 0.4}})
-    groove += fmt::format(
-        "[point.{0}]\non = \"b\"\nx_m = {1}\ny_m = -0.2\n[contact.{0}]\nkind = \"rigid\"\npoint = \"{0}\"\n"
-        "closed = true\nfriction = \"coulomb\"\nfriction_coefficient = 0.3\nstatic_coefficient = 0.6\n"
-        "ground_angle_rad = {2}\n",
-        foot, x, slope);
-  p = make_problem(Scene::parse(groove, "groove.toml"));
-  CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
-                    Contains("other contacts hold its body") && Contains("contact.left"));
   // In space there is one coefficient, which a notice says.
   std::string space = with_words(pushed, {{"STATIC", "0.5"}, {"y_m", "z_m"}, {"backward", "forward"}});
   space.replace(space.find("x_m = 0\n"), 8, "x_m = 0\ny_m = 0\n");

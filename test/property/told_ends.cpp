@@ -1,10 +1,12 @@
 // What is told of an instant: an event where a law of time jumps, an end that an output only leaves behind it.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 
 using namespace costate;
@@ -90,4 +92,34 @@ output = "time"
   // One that turns at 1.43 s is at 1 - 2 + 0.35 2^2 = 0.4 m at the end: 0.1 m are missing.
   CHECK_THROWS_WITH(simulate(falls("0.7"), {}), Contains("It is nearest at t = 2 s") && Contains("where 0.1 m"));
   take_notices();
+}
+
+// x = v t comes to 2 m at 1 s; its end is crossed as well as one can be, whatever the tolerance.
+TEST_CASE("told ends: one that is crossed cleanly is not, at any tolerance") {
+  Problem p = make_problem(Scene::parse(R"toml([point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = 2
+[mass.m]
+point = "P"
+mass_kg = 1
+[start]
+given = ["P.x", "P.y"]
+[run]
+t_end_s = 5
+parameters = ["point.P.vx_m_per_s"]
+ends_when = { output = "P.x", above = 2.0 }
+[[cost.terminal]]
+kind = "value"
+output = "time"
+)toml",
+                                        "straight.toml"));
+  for (const double rtol : {1e-2, 1e-3, 1e-4, 1e-6})
+    for (const char* method : {"idas-adjoint", "cvodes-adjoint", "cvodes-forward", "hand-adjoint"}) {
+      CAPTURE(rtol, method);
+      p.solver.rtol = rtol;
+      take_notices();
+      CHECK(std::abs(gradient(p, method, p.parameters.values()).gradient[0] + 0.5) <= 1e-6);
+      for (const auto& s : take_notices()) CHECK(s.find("hardly crossed") == std::string::npos);
+    }
 }

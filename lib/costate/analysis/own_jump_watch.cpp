@@ -28,6 +28,26 @@ constexpr double kBesidePlace = 1e-9, kNearerPlace = 1e-2;
 constexpr double kLooksNear = 1e-2;
 /// Of a number, by which it is moved to see whether it moves the instant of a jump in time.
 constexpr double kNumberMoved = 1e-6;
+
+/// An assembly's parameters, one of which is moved for a while.
+class MovedParameters {
+ public:
+  explicit MovedParameters(Assembly& assembly) : assembly_(assembly), rho_(assembly.rho()) {}
+  MovedParameters(const MovedParameters&) = delete;
+  MovedParameters& operator=(const MovedParameters&) = delete;
+  ~MovedParameters() { assembly_.set_parameters(rho_.data()); }
+  std::size_t count() const { return rho_.size(); }
+  /// Parameter j alone, by this part of it.
+  void move(std::size_t j, double by) const {
+    std::vector<double> moved = rho_;
+    moved[j] += by * std::max(std::abs(rho_[j]), kNumberMoved);
+    assembly_.set_parameters(moved.data());
+  }
+
+ private:
+  Assembly& assembly_;
+  const std::vector<double> rho_;
+};
 }  // namespace
 
 OwnJumpWatch::OwnJumpWatch(const Mechanism& mechanism, const Objective& objective) {
@@ -138,15 +158,12 @@ void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<doub
       return std::abs(values[i] - before) > 0.5 * jump;
     };
     if (jumps_by_time()) {
-      const std::vector<double> rho = assembly.rho();
+      const MovedParameters moved(assembly);
       bool moves = false;
-      for (std::size_t j = 0; j < rho.size() && !moves; ++j)
+      for (std::size_t j = 0; j < moved.count() && !moves; ++j)
         for (const double by : {-kNumberMoved, kNumberMoved}) {
-          std::vector<double> moved = rho;
-          moved[j] += by * std::max(std::abs(rho[j]), kNumberMoved);
-          assembly.set_parameters(moved.data());
+          moved.move(j, by);
           moves = moves || !(jump_beside(kBesidePlace) > 0.5 * jump);
-          assembly.set_parameters(rho.data());
         }
       if (!moves) continue;
     }

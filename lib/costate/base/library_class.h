@@ -13,22 +13,31 @@ inline bool is_of_library(const std::type_info& type) {
   return std::string_view(type.name()).substr(0, 9) == "N7costate";
 }
 
-/// Whether the class that it is a template of, if any, is one of namespace costate, too: AxialForce<a user's law> is
-/// not. By the first argument of the template.
+/// Whether all classes that it is a template of, if any, are of namespace costate (or std), too: AxialForce<a user's
+/// law> is not.
 inline bool is_wholly_of_library(const std::type_info& type) {
   if (!is_of_library(type)) return false;
-  std::string_view name = std::string_view(type.name()).substr(1);
-  while (!name.empty() && name.front() >= '0' && name.front() <= '9') {
-    std::size_t length = 0;
-    for (; !name.empty() && name.front() >= '0' && name.front() <= '9'; name.remove_prefix(1))
-      length = 10 * length + static_cast<std::size_t>(name.front() - '0');
-    name.remove_prefix(std::min(length, name.size()));
+  const std::string_view name = type.name();
+  const auto digit = [&](std::size_t at) { return at < name.size() && name[at] >= '0' && name[at] <= '9'; };
+  for (std::size_t i = 1; i < name.size();) {
+    if (digit(i)) {  // a name, behind its length
+      std::size_t length = 0;
+      for (; digit(i); ++i) length = 10 * length + static_cast<std::size_t>(name[i] - '0');
+      i += length;
+    } else if (name[i] == 'L') {  // a number
+      i = std::min(name.find('E', i), name.size() - 1) + 1;
+    } else if (name[i] == 'S' && i + 1 < name.size() && name[i + 1] != 't') {  // what has been before
+      i = std::min(name.find('_', i), name.size() - 1) + 1;
+    } else if (name[i] == 'I' || name[i] == 'N' || name[i] == 'E') {
+      // An argument with a name of its own, or of another namespace than what has been before: S_ is costate.
+      const bool begins = name[i] != 'N', nested = i + 1 < name.size() && name[i + 1] == 'N';
+      if (begins && (digit(i + 1) || (nested && name.substr(i + 2, 1) != "S"))) return false;
+      ++i;
+    } else {
+      ++i;
+    }
   }
-  // Of namespace costate once more: NS_; neither a name of its own nor one of another namespace.
-  if (name.empty() || name.front() != 'I') return true;
-  name.remove_prefix(1);
-  const bool digit = !name.empty() && name.front() >= '0' && name.front() <= '9';
-  return !digit && (name.substr(0, 1) != "N" || name.substr(0, 3) == "NS_");
+  return true;
 }
 
 }  // namespace costate

@@ -17,15 +17,13 @@ class KeptStates {
   /// Of another step.
   void begin(const Assembly& assembly) {
     assembly_ = &assembly;
-    next_ = -1;
     for (Kept& k : kept_) k.t = std::numeric_limits<double>::quiet_NaN();
   }
-  /// The state at t, which is kept with the first one and the one before.
+  /// The state at t, which is kept with the one before.
   StateView keep(double t, const States& at) {
     for (const Kept& k : kept_)
       if (k.t == t) return k.view();
-    next_ = next_ + 1 < kCount ? next_ + 1 : 1;
-    Kept& k = kept_[next_];
+    Kept& k = kept_[next_ = 1 - next_];
     const StateView s = at(t);
     const auto copy = [](std::vector<double>& to, const double* from, int count) {
       to.assign(from, from + (from ? count : 0));
@@ -46,7 +44,6 @@ class KeptStates {
   }
 
  private:
-  static constexpr int kCount = 3;
   struct Kept {
     double t = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> q = {}, v = {}, a = {}, lambda = {}, z = {};
@@ -56,8 +53,8 @@ class KeptStates {
     }
   };
   const Assembly* assembly_ = nullptr;
-  Kept kept_[kCount];
-  int next_ = -1;
+  Kept kept_[2];
+  int next_ = 0;
 };
 
 }  // namespace costate

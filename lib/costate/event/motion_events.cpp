@@ -141,7 +141,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
   kept.begin(assembly_);
   const States solved = [&](double t) { return kept(t, states); }, placed = [&](double t) { return kept(t, places); };
   if (needs_multipliers_) {
-    const StateView last = kept.keep(to, states);
+    const StateView last = states(to);  // not kept: the look at it is the last one, and a level goes on from there
     for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
   }
   const bool anew = !(from == looked_until_);

@@ -50,7 +50,7 @@ double force_size(const Mechanism& mechanism) {
     else if (is_of_motion(n.path))
       continue;
     else if (std::string_view(n.path).find("_N") != std::string_view::npos || n.path.starts_with("force.") ||
-             n.path.starts_with("couple."))
+             n.path.starts_with("couple.") || n.path.starts_with("actuator."))
       largest = std::max(largest, std::abs(n.value));  // of another unit, or of a formula
   }
   if (largest >= kLight || largest == 0) return 1;

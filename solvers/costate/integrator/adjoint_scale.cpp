@@ -15,8 +15,6 @@ constexpr long kSampled = 8;
 constexpr double kAnother = 4, kSmall = 1e-2;
 // Positions that are less are rounding, and no measure of anything.
 constexpr double kLeastPosition = 1e-6;
-
-bool is_force(const Unknown& u) { return u.unit.starts_with("N"); }
 }  // namespace
 
 bool AdjointScale::is_due(double t, double g) {
@@ -45,7 +43,7 @@ bool AdjointScale::is_due(double t, double g) {
 void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns) {
   double largest = 0;
   for (std::size_t i = 0; i < g_y.size(); ++i) {
-    largest = std::max(largest, std::abs(g_y[i]) * (is_force(unknowns[i]) ? force_ : 1));
+    largest = std::max(largest, std::abs(g_y[i]) * (in_forces(unknowns[i].unit) ? force_ : 1));
     if (unknowns[i].role == Unknown::Role::position) position_ = std::max(position_, std::abs(y[i]));
     if (unknowns[i].role == Unknown::Role::velocity) velocity_ = std::max(velocity_, std::abs(y[i]));
   }
@@ -105,7 +103,8 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
   gradient(x.data(), g_y_rounded.data());
   double largest = 0;
   for (std::size_t i = 0; i < n; ++i)
-    largest = std::max(largest, std::abs(g_y_rounded[i] - g_y[i]) * (is_force(system.unknowns()[i]) ? sizes[i] : 1));
+    largest =
+        std::max(largest, std::abs(g_y_rounded[i] - g_y[i]) * (in_forces(system.unknowns()[i].unit) ? sizes[i] : 1));
   return largest;
 }
 

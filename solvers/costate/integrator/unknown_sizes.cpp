@@ -30,13 +30,17 @@ double rate_size(const Mechanism& mechanism) {
   return std::pow(10.0, std::floor(std::log10(largest)) + 1);
 }
 
+bool in_forces(const std::string& unit) {
+  return unit.starts_with("N") || unit.starts_with("J") || unit.starts_with("W");
+}
+
 std::vector<double> unknown_sizes(const System& system) {
   const double length = length_size(system.assembly().mechanism()), rate = rate_size(system.assembly().mechanism()),
                force = force_size(system.assembly().mechanism());
   std::vector<double> sizes;
   for (const Unknown& u : system.unknowns()) {
     const bool metric = u.unit == "m" || u.unit.starts_with("m/"), velocity = u.unit.ends_with("/s");
-    sizes.push_back((metric ? length : u.unit.starts_with("N") ? force : 1) * (velocity ? rate : 1));
+    sizes.push_back((metric ? length : in_forces(u.unit) ? force : 1) * (velocity ? rate : 1));
   }
   return sizes;
 }
@@ -49,10 +53,6 @@ void fill_absolute_tolerances(const System& system, const SolverOptions& options
 }
 
 namespace {
-bool in_forces(const std::string& unit) {
-  return unit.starts_with("N") || unit.starts_with("J") || unit.starts_with("W");
-}
-
 bool holds_forces(const std::vector<std::shared_ptr<const CostTerm>>& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const auto& term) {
     const auto* of = dynamic_cast<const OutputTerm*>(&ungated(*term));

@@ -16,8 +16,10 @@ namespace costate {
 /// motion is a fast one with another clock: below 1e-3 the power of ten next above the largest, else 1.
 double rate_size(const Mechanism& mechanism);
 
-/// One an unknown: that length for what is measured in m, m/s or m/s^2, the unit of force for what is in N or N m, else
-/// 1; times the rate for velocities.
+/// Whether it is a force, a torque, an energy or a power.
+bool in_forces(const std::string& unit);
+/// One an unknown: that length for what is measured in m, m/s or m/s^2, the unit of force for what is in N, N m or J,
+/// else 1; times the rate for velocities.
 std::vector<double> unknown_sizes(const System& system);
 
 /// The absolute tolerance times these in the first entries of `out`, and times the cost's size in those behind the

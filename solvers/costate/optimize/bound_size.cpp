@@ -8,7 +8,7 @@
 namespace costate {
 
 namespace {
-constexpr double kOfStep = 1e-6, kKept = 1e-8;
+constexpr double kOfStep = 1e-6, kKept = 1e-8, kKeptAtMost = 1e-7;
 }
 
 std::vector<double> bound_sizes(const ParameterSelection& parameters, const OptimizerEvaluation& first,
@@ -26,7 +26,7 @@ std::vector<double> bound_sizes(const ParameterSelection& parameters, const Opti
 }
 
 double kept_within(double size, double upper, double rtol) {
-  return std::min(kKept * std::max(1.0, std::abs(upper)), std::max(kKept, rtol) * size);
+  return std::min(kKept * std::max(1.0, std::abs(upper)), std::clamp(rtol, kKept, kKeptAtMost) * size);
 }
 
 }  // namespace costate

@@ -13,7 +13,7 @@ std::vector<double> bound_sizes(const ParameterSelection& parameters, const Opti
                                 const std::vector<DesignBound>& bounds);
 
 /// By how much a constraint of this size may be exceeded and still be kept, at this tolerance of its run: 1e-8 of its
-/// size, or as well as it is known; never more than 1e-8 of the larger of its bound and 1.
+/// size, or as well as it is known, to 1e-7; never more than 1e-8 of the larger of its bound and 1.
 double kept_within(double size, double upper, double rtol);
 
 }  // namespace costate

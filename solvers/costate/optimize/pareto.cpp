@@ -93,7 +93,7 @@ class Tracer {
     for (std::size_t i = 0; i < d.targets.size(); ++i)
       if (i != g) gained = std::max(gained, -lost(i));
     if (!(lost(g) <= kCosts * kOfOthers * gained) || !(gained > kGained) ||
-        p->violation > std::max(end.violation, ParetoPoint::kExceeded))
+        p->excess > std::max(end.excess, ParetoPoint::kExceeded))
       return;
     p->least_of = static_cast<int>(g);
     p->evaluations = end.evaluations;
@@ -202,8 +202,10 @@ class Tracer {
     p.cases = e.cases;
     for (std::size_t g = 0; g < design_.targets.size(); ++g) p.targets.push_back(design_.target(g, e.cases));
     if (sizes_.empty()) sizes_ = bound_sizes(design_.parameters, e, design_.bounds());
-    for (std::size_t c = 0; c < e.constraints.size(); ++c)
-      p.violation = std::max(p.violation, e.constraints[c] / sizes_[c]);
+    for (std::size_t c = 0; c < e.constraints.size(); ++c) {
+      p.violation = std::max(p.violation, e.constraints[c]);
+      p.excess = std::max(p.excess, e.constraints[c] / sizes_[c]);
+    }
     return p;
   }
 
@@ -254,7 +256,7 @@ void mark_dominated(ParetoFront& front, double tolerance) {
         if (q.targets[g] > p.targets[g] + slack(g)) return false;
         better = better || q.targets[g] < p.targets[g] - slack(g);
       }
-      return better && q.violation <= std::max(p.violation, ParetoPoint::kExceeded);
+      return better && q.excess <= std::max(p.excess, ParetoPoint::kExceeded);
     });
   }
   for (auto p = front.points.begin(); p != front.points.end(); ++p)

@@ -26,11 +26,12 @@ struct ParetoPoint {
   bool dominated = false;  // another point is no worse in any target and better in one
   bool repeated = false;   // the same as one before it
   std::string stop_reason;
-  double violation = 0;  // of the constraints, in parts of their sizes (optimize/bound_size.h)
+  double violation = 0;  // of the constraints, where they are not kept
+  double excess = 0;     // likewise, in parts of their sizes (optimize/bound_size.h)
   int evaluations = 0;
 
   bool end() const { return least_of >= 0; }
-  bool feasible() const { return violation <= kExceeded; }
+  bool feasible() const { return excess <= kExceeded; }
   bool on_front() const { return converged && feasible() && !dominated && !repeated; }
   static constexpr double kExceeded = 1e-6;
 };

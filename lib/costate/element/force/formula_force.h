@@ -48,6 +48,7 @@ class FormulaForce : public ForceOf<FormulaForce>,
 
   int states() const override { return lags_ ? 1 : 0; }
   int initial_state_number(int) const override { return static_cast<int>(formula_numbers_) + 1; }
+  std::string state_unit(int) const override { return std::holds_alternative<std::vector<int>>(target_) ? "N m" : "N"; }
 
   template <class S>
   void physics(const S& t, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {

@@ -1,0 +1,128 @@
+// Friction that several contacts share, each with a static coefficient above that of sliding: whether the sum that is
+// left to their limits is determined. Feet of one body are in static_friction.cpp.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+
+using namespace costate;
+using Catch::Contains;
+
+// Two blocks that a spring presses to a floor and to a ceiling, whose direction along is the other one, and that a
+// driver keeps together: 2 (100 N/m 0.2 m) press, and k (V t1) = mu_s 40 N. By penalty, which carries such rows of two
+// bodies.
+TEST_CASE("shared friction: of contacts whose directions along the ground oppose each other", "[events]") {
+  Problem p = make_problem(Scene::parse(R"toml([gravity]
+y_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+[mass.P]
+point = "P"
+mass_kg = 1
+[point.Q]
+x_m = 0
+y_m = 1
+[mass.Q]
+point = "Q"
+mass_kg = 1
+[spring.s]
+from = "P"
+to = "Q"
+natural_length_m = 1.2
+stiffness_N_per_m = 100
+[driver.together]
+coordinates = ["P.x", "Q.x"]
+weights = [1, -1]
+law = { kind = "constant", value = 0 }
+[contact.floor]
+kind = "rigid"
+point = "P"
+closed = true
+friction = "coulomb"
+friction_coefficient = 0.3
+static_coefficient = 0.5
+[contact.ceiling]
+kind = "rigid"
+point = "Q"
+closed = true
+friction = "coulomb"
+friction_coefficient = 0.3
+static_coefficient = 0.5
+ground_angle_rad = 3.141592653589793
+ground_height_m = 1
+[force.pull]
+point = "P"
+k = 40
+V = 0.7
+formula_x_N = "k*(V*t - P.x)"
+[start]
+given = ["P.x"]
+given_velocities = []
+[run]
+t_end_s = 3
+rtol = 1e-10
+parameters = ["mu_s"]
+[parameter.mu_s]
+numbers = ["contact.floor.static_coefficient", "contact.ceiling.static_coefficient"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+)toml",
+                                        "clamp.toml"));
+  p.formulation = "penalty";
+  // By scipy's DOP853 of a point pressed by 40 N, and central differences of it.
+  for (const char* method : {"idas-adjoint", "cvodes-forward", "discrete-adjoint"}) {
+    CAPTURE(method);
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    REQUIRE(r.events.size() == 3);
+    CHECK(std::abs(r.events[0].t - 20.0 / 28) <= 1e-7);
+    CHECK(std::abs(r.psi - 2.00833441) <= 1e-6);
+    CHECK(std::abs(r.gradient[0] + 1.08042203) <= 1e-5);
+  }
+}
+
+TEST_CASE("shared friction: what slopes that face each other leave open is refused", "[events]") {
+  // A body in a groove between two slopes, pulled across: what one takes by friction the other takes by pressure, and
+  // what is left to both limits is not determined.
+  std::string groove = R"toml([gravity]
+y_m_per_s2 = -9.81
+[body.b]
+mass_kg = 2
+inertia_kg_m2 = 0.1
+x_m = 0
+y_m = 0.3268379
+[point.C]
+on = "b"
+x_m = 0
+y_m = 0
+[force.pull]
+point = "C"
+formula_x_N = "10*t"
+[start]
+given = ["b.angle"]
+given_velocities = []
+[run]
+t_end_s = 3
+[[cost.terminal]]
+kind = "value"
+output = "b.x"
+)toml";
+  for (const auto& [foot, x, slope] : {std::tuple{"left", -0.3, -0.4}, {"right", 0.3, 0.4}})
+    groove += fmt::format(
+        "[point.{0}]\non = \"b\"\nx_m = {1}\ny_m = -0.2\n[contact.{0}]\nkind = \"rigid\"\npoint = \"{0}\"\n"
+        "closed = true\nfriction = \"coulomb\"\nfriction_coefficient = 0.3\nstatic_coefficient = 0.6\n"
+        "ground_angle_rad = {2}\n",
+        foot, x, slope);
+  const Problem p = make_problem(Scene::parse(groove, "groove.toml"));
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
+                    Contains("other contacts hold its body") && Contains("contact.left"));
+}

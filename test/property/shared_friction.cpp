@@ -126,3 +126,29 @@ output = "b.x"
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
                     Contains("other contacts hold its body") && Contains("contact.left"));
 }
+
+// The least norm of four shares of the weight pulls at the first foot, though the others can bear all of it.
+TEST_CASE("shared friction: a foot that would be pulled by the least norm is told what that is", "[events]") {
+  std::string box = R"toml([gravity]
+y_m_per_s2 = -9.81
+[body.box]
+x_m = 0
+y_m = 0.2
+mass_kg = 2
+inertia_kg_m2 = 0.1
+[start]
+given = ["box.x"]
+given_velocities = []
+[run]
+t_end_s = 0.1
+)toml";
+  for (const auto& [foot, x] : {std::pair{"f0", -0.8}, {"f1", -0.35}, {"f2", -0.3}, {"f3", 0.03}})
+    box += fmt::format(
+        "[point.{0}]\non = \"box\"\nx_m = {1}\ny_m = -0.2\n[contact.{0}]\nkind = \"rigid\"\npoint = \"{0}\"\n"
+        "friction = \"coulomb\"\nfriction_coefficient = 0.3\nclosed = true\n",
+        foot, x);
+  const Problem p = make_problem(Scene::parse(box, "box.toml"));
+  CHECK_THROWS_WITH(simulate(p, {}), Contains("'contact.f0: release' has happened already") &&
+                                         Contains("Who of 4 bears how much") &&
+                                         !Contains("same share of its friction"));
+}

@@ -38,19 +38,31 @@ void MotionEvents::begin(const StateView& at) {
   }
   reach_ = 0;
   require_sliding(s);
-  // Of a contact that cannot stick at the start beside others of its body that do.
-  const auto shared_friction = [&](const GuardOf& g) -> std::string {
+  // Of a contact that cannot stick, or is pulled, at the start beside others of its body that are closed.
+  const auto shared = [&](const GuardOf& g) -> std::string {
     if (g.contact < 0 || contacts_[static_cast<std::size_t>(g.contact)].sliding_state < 0) return {};
     if (!sharing(g, s).empty()) return " All that stick on one body were counted together.";
     const ContactOf& own = contacts_[static_cast<std::size_t>(g.contact)];
-    for (const ContactOf& c : contacts_)
-      if (&c != &own && c.sliding_state >= 0 && s.z[c.closed_state] > 0.5 &&
-          c.force->coordinates() == own.force->coordinates())
-        return fmt::format(
-            " All that stick on one body begin with the same share of its friction: where '{}' can bear "
-            "the rest, let this one slide, which it does at no speed.",
-            c.force->path());
-    return {};
+    const ContactOf* other = nullptr;
+    std::size_t count = 1;
+    for (const ContactOf& c : contacts_) {
+      if (&c == &own || c.sliding_state < 0 || s.z[c.closed_state] < 0.5 ||
+          c.force->coordinates() != own.force->coordinates())
+        continue;
+      if (!other) other = &c;
+      ++count;
+    }
+    if (!other) return {};
+    if (own.contact->guard_kind(g.k) != UnilateralForce::Guard::release)
+      return fmt::format(
+          " All that stick on one body begin with the same share of its friction: where '{}' can bear "
+          "the rest, let this one slide, which it does at no speed.",
+          other->force->path());
+    if (count <= (own.force->coordinates().size() > 3 ? 3u : 2u)) return {};
+    return fmt::format(
+        " Who of {} bears how much of a body's weight is not determined, and shares are of least norm: where '{}' and "
+        "others can bear it, this one touches and bears nothing.",
+        count, other->force->path());
   };
   calc(s, before_);
   for (std::size_t i = 0; i < guards_.size(); ++i) {
@@ -82,7 +94,7 @@ void MotionEvents::begin(const StateView& at) {
     const std::string advice = g.guarded->past_at_start(g.k);
     if (past && !advice.empty())
       throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}{}", g.name,
-                                                    std::abs(before_[i]), advice, shared_friction(g)));
+                                                    std::abs(before_[i]), advice, shared(g)));
     g.ready = !past && rate > 0;
     if (!past && !g.ready && rate >= -kGapRounding * speed) look_from_rest(g, s, direction);
   }

@@ -93,32 +93,22 @@ void OwnJumpWatch::look(const StateView& s, Assembly& assembly) {
       of.last.clear();
     }
   }
-  const auto keep = [](std::vector<double>& to, const double* from, int count) {
-    to.assign(from, from + (from ? count : 0));
-  };
-  last_.t = s.t;
-  keep(last_.q, s.q, assembly.n());
-  keep(last_.v, s.v, assembly.n());
-  keep(last_.a, s.a, assembly.n());
-  keep(last_.lambda, s.lambda, assembly.m());
-  keep(last_.z, s.z, assembly.nz());
+  last_.take(s, assembly);
 }
 
 StateView OwnJumpWatch::between(const StateView& s, double w, const Assembly& assembly) {
-  const auto mix = [w](std::vector<double>& to, const std::vector<double>& from, const double* end, int count) {
-    if (!end || from.empty()) return static_cast<const double*>(nullptr);
-    to.resize(static_cast<std::size_t>(count));
-    for (std::size_t i = 0; i < to.size(); ++i) to[i] = (1 - w) * from[i] + w * end[i];
-    return static_cast<const double*>(to.data());
+  between_.take(s, assembly);
+  between_.t = (1 - w) * last_.t + w * s.t;
+  const auto mix = [w](std::vector<double>& x, const std::vector<double>& from) {
+    if (from.size() != x.size()) return x.clear();
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = (1 - w) * from[i] + w * x[i];
   };
-  StateView at;
-  at.t = (1 - w) * last_.t + w * s.t;
-  at.q = mix(between_.q, last_.q, s.q, assembly.n());
-  at.v = mix(between_.v, last_.v, s.v, assembly.n());
-  at.a = mix(between_.a, last_.a, s.a, assembly.n());
-  at.lambda = mix(between_.lambda, last_.lambda, s.lambda, assembly.m());
-  at.z = mix(between_.z, last_.z, s.z, assembly.nz());
-  return at;
+  mix(between_.q, last_.q);
+  mix(between_.v, last_.v);
+  mix(between_.a, last_.a);
+  mix(between_.lambda, last_.lambda);
+  mix(between_.z, last_.z);
+  return between_.view();
 }
 
 void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<double>& now, Assembly& assembly) {

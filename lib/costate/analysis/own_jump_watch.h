@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/assembly/assembly.h"
+#include "costate/assembly/own_state.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -33,17 +33,12 @@ class OwnJumpWatch {
     std::function<void(const StateView&, Assembly&, std::vector<double>& values)> add;
     std::vector<double> last = {}, largest = {};  // by values: at the last look, and of all
   };
-  /// All of a state, in an order of its own.
-  struct Kept {
-    double t = 0;
-    std::vector<double> q = {}, v = {}, a = {}, lambda = {}, z = {};
-  };
   /// The state at part w of the way from the last look to s.
   StateView between(const StateView& s, double w, const Assembly& assembly);
   void judge(Watched& of, const StateView& s, const std::vector<double>& now, Assembly& assembly);
 
   std::vector<Watched> watched_;
-  Kept last_, between_;
+  OwnState last_, between_;
   double begin_ = 0;
   long looks_ = 0;
   std::optional<std::string> met_;

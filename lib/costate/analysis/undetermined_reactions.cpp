@@ -118,6 +118,12 @@ bool UndeterminedReactions::leaves_open(const CostTerm& term) {
          leaves_open_of([&](const StateView& s, ScalarGradient& g) { term.add_gradient(s, assembly_, 1, g); });
 }
 
+std::vector<char> rows_there(const Assembly& assembly) {
+  std::vector<char> there;
+  for (int i = 0; i < assembly.m(); ++i) there.push_back(assembly.is_there(i) ? 1 : 0);
+  return there;
+}
+
 std::string first_names(const std::vector<std::string>& names) {
   if (names.size() <= kNamed + 1) return fmt::format("{}", fmt::join(names, ", "));
   return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kNamed, ", "), names.size() - kNamed);

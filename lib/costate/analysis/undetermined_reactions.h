@@ -33,6 +33,9 @@ class UndeterminedReactions {
   Eigen::VectorXd row_size_;
 };
 
+/// By rows, 1 where one is there (assembly/assembly.h), else 0: by which what is open may be another.
+std::vector<char> rows_there(const Assembly& assembly);
+
 /// The names, or the first of many: "a, b, c and 7 more".
 std::string first_names(const std::vector<std::string>& names);
 

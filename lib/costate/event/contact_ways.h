@@ -39,8 +39,12 @@ inline bool are_one_motion(const std::vector<double>& a, const double* b, double
   return apart <= std::max(kSameMotion * size, rounding);
 }
 
-/// Of contacts that hold one body, more than determine who bears how much of its weight (two in the plane, three in
-/// space), and slide with different friction, so that its motion is not determined: how many they are, else 0.
+/// How many contacts of a body of so many coordinates determine who bears how much of its weight: two in the plane,
+/// three in space.
+inline std::size_t determining_contacts(std::size_t coordinates) { return coordinates > 3 ? 3 : 2; }
+
+/// Of contacts that hold one body, more than determine who bears how much of its weight, and slide with different
+/// friction, so that its motion is not determined: how many they are, else 0.
 template <class Contact, class Friction>
 std::size_t sharing_unlike(const std::vector<const Contact*>& closed, const std::vector<int>& ways,
                            const Friction& friction) {
@@ -55,7 +59,7 @@ std::size_t sharing_unlike(const std::vector<const Contact*>& closed, const std:
       const double own = friction(*closed[c]), other = friction(*closed[k]);
       alike = alike && std::abs(own - other) <= 1e-12 * (own + other);
     }
-    if (ways[c] != kOpen && any_slides && !alike && count > (body.size() > 3 ? 3u : 2u)) return count;
+    if (ways[c] != kOpen && any_slides && !alike && count > determining_contacts(body.size())) return count;
   }
   return 0;
 }

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/assembly/own_state.h"
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
+#include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
 
@@ -20,15 +22,9 @@ constexpr double kFalls = 1e-8;
 
 void MotionEvents::begin(const StateView& at) {
   // Its own copy: where multipliers are asked for `at` lives in the formulation, which is asked for other states here.
-  const auto copy = [](const double* x, int size) { return std::vector<double>(x, x + (x ? size : 0)); };
-  const std::vector<double> q = copy(at.q, assembly_.n()), v = copy(at.v, assembly_.n()),
-                            z = copy(at.z, assembly_.nz()), lambda = copy(at.lambda, assembly_.m());
-  StateView s = at;
-  s.q = q.data();
-  s.v = v.data();
-  s.z = z.data();
-  s.a = nullptr;
-  s.lambda = at.lambda ? lambda.data() : nullptr;
+  OwnState copy;
+  copy.take({at.t, at.q, at.v, nullptr, at.lambda, at.z}, assembly_);
+  const StateView s = copy.view();
   nearest_pass_.reset();
   for (ContactOf& c : contacts_) {  // another run begins
     if (!(s.t < c.decided)) continue;
@@ -58,7 +54,7 @@ void MotionEvents::begin(const StateView& at) {
           " All that stick on one body begin with the same share of its friction: where '{}' can bear "
           "the rest, let this one slide, which it does at no speed.",
           other->force->path());
-    if (count <= (own.force->coordinates().size() > 3 ? 3u : 2u)) return {};
+    if (count <= determining_contacts(own.force->coordinates().size())) return {};
     return fmt::format(
         " Who of {} bears how much of a body's weight is not determined, and shares are of least norm: where '{}' and "
         "others can bear it, this one touches and bears nothing.",

@@ -25,7 +25,7 @@ namespace {
 constexpr double kWrongWay = 1e-5;
 // Of a look, by powers of two: how near its beginning what begins at its limit is seen to fall back.
 constexpr int kHalvings = 40;
-// Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
+// Of a look, to which the time is found at which what holds at its limit goes beyond.
 constexpr double kOfStep = 1e-9;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace

@@ -91,12 +91,11 @@ bool MotionEvents::sticks_within_limits(const ContactOf& c, const StateView& s, 
 }
 
 double MotionEvents::guard(const GuardOf& g, const StateView& s) {
-  double h = guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, gathered_);
-  for (const int i : sharing(g, s)) {
-    const GuardOf& other = guards_[static_cast<std::size_t>(i)];
-    h +=
-        guard_value(*other.force, *other.guarded, other.k, other.first_state, other.first_row, s, assembly_, gathered_);
-  }
+  const auto own = [&](const GuardOf& of) {
+    return guard_value(*of.force, *of.guarded, of.k, of.first_state, of.first_row, s, assembly_, gathered_);
+  };
+  double h = own(g);
+  for (const int i : sharing(g, s)) h += own(guards_[static_cast<std::size_t>(i)]);
   return h;
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "costate/base/library_class.h"
+#include "costate/base/power_of_ten.h"
 #include "costate/mechanism/length_size.h"
 
 namespace costate {
@@ -54,7 +55,7 @@ double force_size(const Mechanism& mechanism) {
       largest = std::max(largest, std::abs(n.value));  // of another unit, or of a formula
   }
   if (largest >= kLight || largest == 0) return 1;
-  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+  return power_of_ten_above(largest);
 }
 
 }  // namespace costate

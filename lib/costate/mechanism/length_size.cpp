@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "costate/base/power_of_ten.h"
+
 namespace costate {
 
 double length_size(const Mechanism& mechanism) {
@@ -17,7 +19,7 @@ double length_size(const Mechanism& mechanism) {
     if (c.unit == "m")
       largest = std::max(largest, std::abs(mechanism.numbers()[static_cast<std::size_t>(c.position_number)].value));
   if (largest >= 0.1 || largest == 0) return 1;
-  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+  return power_of_ten_above(largest);
 }
 
 }  // namespace costate

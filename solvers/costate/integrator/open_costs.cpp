@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "costate/analysis/start.h"
 #include "costate/analysis/undetermined_reactions.h"
@@ -26,10 +27,9 @@ bool OpenCosts::leaves_open(UndeterminedReactions& reactions,
 
 void OpenCosts::look(const MechanismState& s) {
   assembly_.switch_rows(s.z);
-  std::vector<char> there;
-  for (int i = 0; i < assembly_.m(); ++i) there.push_back(assembly_.is_there(i) ? 1 : 0);
+  std::vector<char> there = rows_there(assembly_);
   if (there == there_) return;
-  there_ = there;
+  there_ = std::move(there);
   terminal_.reset();
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(s.q, assembly_.n()),
                         z = Eigen::Map<const Eigen::VectorXd>(s.z, assembly_.nz());

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "costate/base/power_of_ten.h"
 #include "costate/objective/sampled_cost.h"
 
 namespace costate {
@@ -27,7 +28,7 @@ double rate_size(const Mechanism& mechanism) {
       largest = std::max(largest, std::abs(n.value) / (n.path.ends_with("m_per_s") ? length : 1));
   }
   if (largest >= kSlow || largest == 0) return 1;
-  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+  return power_of_ten_above(largest);
 }
 
 bool in_forces(const std::string& unit) {

@@ -126,7 +126,7 @@ class Certifier {
     CertificateTerms::Terms terms = terms_.psi;
     for (std::size_t i = 0; i < active_.near.size(); ++i)
       for (const auto& [q, factor] : terms_.rows[active_.near[i]].terms)
-        terms.emplace_back(q, factor * active_.mu[static_cast<Index>(i)] + 0.0);  // no -0
+        terms.emplace_back(q, factor * active_.mu[static_cast<Index>(i)]);
     std::vector<std::string> formulations, notes;
     bool all = true;
     for (std::size_t i = 0; i < design_.cases.size() && all; ++i) {

@@ -44,9 +44,7 @@ OpenReactions::OpenReactions(const Problem& problem, const std::vector<double>& 
 void OpenReactions::look(const StateView& s) {
   if (!follows_) return;
   assembly_.switch_rows(s.z);
-  std::vector<char> there;
-  for (int i = 0; i < assembly_.m(); ++i) there.push_back(assembly_.is_there(i) ? 1 : 0);
-  if (seen_.insert(std::move(there)).second)
+  if (seen_.insert(rows_there(assembly_)).second)
     kept_.push_back({s.t, Eigen::Map<const Eigen::VectorXd>(s.q, assembly_.n()),
                      Eigen::Map<const Eigen::VectorXd>(s.z, assembly_.nz())});
   follows_ = assembly_.has_switched_rows();

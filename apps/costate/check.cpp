@@ -58,7 +58,7 @@ class Check {
     setup_.chosen_by(true, "--integrators", "", [&] {
       for (const auto& name : options_.integrators) find_integrator(name);
     });
-    setup_.located([&] { redundant_ = redundant_rows(setup_.problem, setup_.rho); });
+    setup_.located([&] { redundant_ = redundant_joints(setup_.problem, setup_.rho); });
     rows_ = check_rows(setup_.problem, options_, redundant_);
     reference_ = setup_.located([&] {
       return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_, options_.jobs);

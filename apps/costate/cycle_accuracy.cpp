@@ -42,7 +42,7 @@ std::pair<double, std::string> worst_of(const CycleResult& r, bool costs, bool t
 
 /// Short runs from the scene's start; cycles are found on the integrators of SUNDIALS.
 std::vector<AccuracyPilot> choose(Setup& setup, const CommonOptions& common, double accuracy) {
-  PilotRace race(setup.problem, setup.rho, !redundant_rows(setup.problem, setup.rho).empty(),
+  PilotRace race(setup.problem, setup.rho, !redundant_joints(setup.problem, setup.rho).empty(),
                  [&](const Formulation& f, const Integrator& i) {
                    return !i.discrete && (common.formulation.empty() || f.name == setup.problem.formulation) &&
                           (common.integrator.empty() || i.name == setup.problem.solver.integrator);

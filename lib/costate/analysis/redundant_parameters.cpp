@@ -56,7 +56,8 @@ class Positions {
   Positions(Assembly& assembly, const Start& start)
       : assembly_(assembly), start_(start), rest_(Eigen::VectorXd::Zero(assembly.n() + assembly.m())) {}
 
-  /// The constraint Jacobian at q, with Phi and the parameters' columns left in the assembly.
+  /// The constraint Jacobian at q, of rows that hold positions, with Phi and the parameters' columns left in the
+  /// assembly. A foot sticks where it is, wherever a parameter has it: its rows hold rates alone.
   Eigen::MatrixXd jacobian(double t, const Eigen::VectorXd& q) {
     StateView s = start_.state(t);
     s.q = q.data();
@@ -64,7 +65,18 @@ class Positions {
     s.lambda = rest_.data() + assembly_.n();
     assembly_.calc_dynamics(s);
     assembly_.calc_parameter_columns(s, columns_);
-    return to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+    Eigen::MatrixXd phi_q = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+    held_ = 0;
+    for (int i = 0; i < assembly_.m(); ++i) {
+      if (assembly_.is_there(i) && assembly_.holds_position(i)) {
+        ++held_;
+        continue;
+      }
+      phi_q.row(i).setZero();
+      columns_.phi.row(i).setZero();
+      assembly_.phi[static_cast<std::size_t>(i)] = 0;
+    }
+    return phi_q;
   }
   /// Leads q to the nearest positions at time t, by Newton steps of least norm. False where there are none near.
   bool close(double t, Eigen::VectorXd& q) {
@@ -88,7 +100,7 @@ class Positions {
     const Eigen::MatrixXd phi_q = jacobian(t, q);
     factors_.setThreshold(kRankOn);
     factors_.compute(phi_q);
-    if (factors_.rank() == assembly_.m()) return false;
+    if (factors_.rank() == held_) return false;
     const Eigen::MatrixXd& change = columns_.phi;
     if (change.isZero(0)) return true;
     const auto [j, row] = torn_parameter(change, change - phi_q * factors_.solve(change));
@@ -96,9 +108,9 @@ class Positions {
     return true;
   }
 
-  /// What the rows leave free of d, where require() has looked last.
-  Eigen::VectorXd free_part(const Eigen::VectorXd& d) const {
-    return d - factors_.solve(Eigen::VectorXd(to_dense(assembly_.jacobian(), assembly_.phi_q.data()) * d));
+  /// What the rows leave free of d at q, where require() has looked last.
+  Eigen::VectorXd free_part(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& d) {
+    return d - factors_.solve(Eigen::VectorXd(jacobian(t, q) * d));
   }
 
  private:
@@ -106,6 +118,7 @@ class Positions {
   const Start& start_;
   Eigen::VectorXd rest_;
   Assembly::ParameterColumns columns_;
+  Eigen::Index held_ = 0;
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors_;
 };
 
@@ -148,7 +161,7 @@ void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   const StepLength length(assembly, start.q);
   Eigen::VectorXd d(n);
   for (int i = 0; i < n; ++i) d[i] = std::cos(2.4 * i + 0.3) / std::max(length.weights()[i], 1e-300);
-  d = positions.free_part(d);
+  d = positions.free_part(t, start.q, d);
   const double size = length(d);
   if (size > kIsClosed) {
     Eigen::VectorXd q = start.q + kLooksBeside / size * d;

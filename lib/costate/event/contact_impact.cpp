@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -122,16 +123,17 @@ void MotionEvents::strike(int event, const StateView& before) {
   StateView open = before;
   open.z = open_z_.data();
   if (halts) {
-    // Where sliding in space ends, or begins: what speed there is along the ground, a rounding of all, goes to zero;
-    // what other contacts hold stays as it is.
+    // Sliding in space ends, or begins: what speed there is along the ground goes to zero; that of others stays.
+    const std::vector<char> stops = stopping(event, before);
     std::vector<ImpactRow> held;
     std::vector<ActiveRow> all;
     for (const ContactOf& c : contacts_) {
       if (c.closed_state < 0 || before.z[c.closed_state] < 0.5) continue;
-      const bool along = &c == &own || (c.sliding_state >= 0 && std::abs(before.z[c.sliding_state]) < 0.5);
+      const bool own_way = stops[static_cast<std::size_t>(&c - contacts_.data())] != 0,
+                 along = own_way || (c.sliding_state >= 0 && std::abs(before.z[c.sliding_state]) < 0.5);
       for (int r = 0; r < (along ? c.contact->row_count() : 1); ++r) {
         all.push_back({static_cast<int>(held.size()), ActiveRow::Law::held, 0, 0});
-        held.push_back({c.force, c.contact, r, false, &c != &own || r == 0});
+        held.push_back({c.force, c.contact, r, false, !own_way || r == 0});
       }
     }
     impact_->prepare(open, held);
@@ -155,10 +157,7 @@ void MotionEvents::strike(int event, const StateView& before) {
                       closed && (r == 0 || c.way == kSticks)});
     }
   std::vector<double> restitution;
-  for (InPlay& c : in_play) {
-    restitution.push_back(c.restitution);
-    if (poisson) c.restitution = 0;
-  }
+  for (InPlay& c : in_play) restitution.push_back(poisson ? std::exchange(c.restitution, 0.0) : c.restitution);
   impact_->prepare(open, rows);
   find_way(event, before, *impact_, in_play, speed);
   const auto n = static_cast<std::size_t>(assembly_.n());
@@ -289,8 +288,9 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   };
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
     // Of rows that depend on each other impulses are some of many.
-    const bool pushed =
-        search && search->has_impulses_for([&](int i) { return impact.speed_after(i); }, kSameMotion * fastest);
+    const auto pushed = [&] {
+      return search && search->has_impulses_for([&](int i) { return impact.speed_after(i); }, kSameMotion * fastest);
+    };
     double largest = 0;
     for (const ActiveRow& a : impact.active()) {
       largest = std::max(largest, std::abs(impact.impulse(a.row)));
@@ -306,16 +306,17 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
         if (speed_after(normal) < least - kContactRounding * fastest) return false;
         if (ways[c] == kOpen) continue;
       }
-      if (impact.impulse(normal) < at.given - kContactRounding * largest && !pushed) return false;
+      if (impact.impulse(normal) < at.given - kContactRounding * largest && !pushed()) return false;
       if (at.rows.size() < 2) continue;
       const bool space = at.rows.size() == 3;
       if (const int direction = slides(ways[c]); direction != 0) {
         const double along = space ? slip[c][0] * speed_after(at.rows[1]) + slip[c][1] * speed_after(at.rows[2])
                                    : direction * speed_after(at.rows[1]);
         if (along < -kContactRounding * fastest) return false;
-      } else if (!pushed && std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
-                                number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
-                                    kContactRounding * largest) {
+      } else if (std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
+                     number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
+                         kContactRounding * largest &&
+                 !pushed()) {
         return false;
       }
     }

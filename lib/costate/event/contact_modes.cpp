@@ -37,7 +37,9 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
   std::vector<double> after = states;
   std::vector<char> together(contacts_.size(), 0);  // strikes in the same instant; v may be that of `before`
   const auto state = [](std::vector<double>& of, int at) -> double& { return of[static_cast<std::size_t>(at)]; };
-  const ContactOf* begins = nullptr;
+  std::vector<const ContactOf*> begin;
+  std::vector<char> stops;
+  if (guard == Guard::stop) stops = stopping(event, before);
   if (touch) {
     strike(event, before);
     for (std::size_t c = 0; c < contacts_.size(); ++c)
@@ -60,29 +62,17 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
       for (std::size_t i = 0; i < stopped.size(); ++i) stopped[i] += jump_[i];
     }
     std::copy(stopped.begin(), stopped.end(), v);
-    if (guard == Guard::release) {
-      require_bounded(*contact, before);
-      state(after, contact->closed_state) = 0;
-      if (contact->sliding_state >= 0) state(after, contact->sliding_state) = 0;
-      if (slides_in_space(*contact)) clear_slip(contact->sliding_state, after.data());
-    } else if (guard != Guard::stop) {
-      StateView sticking = before;
-      sticking.v = v;
-      std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
-      if (slides_in_space(*contact)) solve_motion(sticking, x.data());
-      state(after, contact->sliding_state) = guard == Guard::slip_forward ? 1 : -1;
-      // Against friction, which goes on as it was: lambda_k = mu N sigma_k.
-      if (slides_in_space(*contact))
-        offset_slip(contact->sliding_state, x.data() + assembly_.n() + contact->first_row + 1, after.data());
-      begins = contact;
-    }
+    StateView sticking = before;
+    sticking.v = v;
+    if (guard == Guard::release) require_bounded(*contact, before);
+    if (guard != Guard::stop) begin = let_go(of(event), sticking, after);
   }
   StateView behind = before;
   behind.v = v;
-  settle(behind, after.data(), contact->part, of(event).name, begins, guard == Guard::stop ? contact : nullptr);
+  settle(behind, after.data(), contact->part, of(event).name, begin, stops);
   std::copy(after.begin(), after.end(), z);
   behind.z = z;
-  if (begins) require_falling(event, before, behind);
+  if (!begin.empty()) require_falling(event, before, behind);
   const double acceleration = std::max(largest_acceleration(behind), acceleration_by_forces(behind));
   for (GuardOf& other : guards_) {
     if (other.contact < 0) continue;
@@ -186,7 +176,7 @@ void MotionEvents::require_sliding(const StateView& s) {
   std::vector<double> z(s.z, s.z + assembly_.nz());
   std::set<int> parts;
   for (const ContactOf& c : contacts_) parts.insert(c.part);
-  for (const int part : parts) settle(s, z.data(), part, "start", nullptr, nullptr);
+  for (const int part : parts) settle(s, z.data(), part, "start", {}, {});
   for (const ContactOf& c : contacts_) {
     if (c.sliding_state < 0) continue;
     if (z[static_cast<std::size_t>(c.closed_state)] != s.z[c.closed_state])
@@ -225,7 +215,7 @@ void MotionEvents::solve_motion(const StateView& s, double* x) {
 }
 
 void MotionEvents::settle(const StateView& s, double* z, int part, const std::string& event,
-                          const ContactOf* begins_to_slide, const ContactOf* stops) {
+                          const std::vector<const ContactOf*>& begin, const std::vector<char>& stops) {
   std::vector<const ContactOf*> closed;
   std::vector<std::vector<int>> options;
   std::vector<char> rests;  // whether it has no speed along the ground
@@ -233,22 +223,26 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   now.z = z;
   // At rest accelerations are rounding, of what forces by themselves would make.
   const double by_forces = acceleration_by_forces(now), acceleration = std::max(largest_acceleration(now), by_forces);
+  const auto begins = [&](const ContactOf& c) { return std::find(begin.begin(), begin.end(), &c) != begin.end(); };
+  const auto stops_now = [&](const ContactOf& c) {
+    return !stops.empty() && stops[static_cast<std::size_t>(&c - contacts_.data())] != 0;
+  };
   const double slides_as_begun =
-      begins_to_slide && !slides_in_space(*begins_to_slide) ? z[begins_to_slide->sliding_state] : 0;
+      !begin.empty() && !slides_in_space(*begin.front()) ? z[begin.front()->sliding_state] : 0;
   for (const ContactOf& c : contacts_) {
     if (c.part != part || c.closed_state < 0 || z[c.closed_state] < 0.5) continue;
     closed.push_back(&c);
     const double along = c.sliding_state < 0 ? 0 : z[c.sliding_state];
     const int way = along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks;
-    const bool stays = way == kSticks || &c == stops || has_stopped(c, s, acceleration);
+    const bool stays = way == kSticks || stops_now(c) || has_stopped(c, s, acceleration);
     rests.push_back(stays);
-    if (&c == begins_to_slide)
+    if (begins(c))
       options.push_back({way});
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
     // What stops sticks if it can: of corners of one body one could as well slide at no speed against another one, and
     // does where that one begins to slide the other way. Else what it did comes first.
-    else if (const bool first = stops || way == kSticks || along * slides_as_begun < 0; slides_in_space(c))
+    else if (const bool first = !stops.empty() || way == kSticks || along * slides_as_begun < 0; slides_in_space(c))
       options.push_back(first ? std::vector<int>{kSticks, kForward, kOpen}
                               : std::vector<int>{kForward, kSticks, kOpen});
     else if (const int ahead = way == kBackward ? kBackward : kForward, back = ahead == kForward ? kBackward : kForward;
@@ -262,7 +256,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   std::vector<double> x(n + m), found;
   std::vector<char> from_rest(closed.size(), 0);  // whether a contact in space may begin to slide where it is
   for (std::size_t c = 0; c < closed.size(); ++c)
-    from_rest[c] = slides_in_space(*closed[c]) && closed[c] != begins_to_slide && rests[c];
+    from_rest[c] = slides_in_space(*closed[c]) && !begins(*closed[c]) && rests[c];
   std::optional<SlipSearch> search;
   if (std::any_of(from_rest.begin(), from_rest.end(), [](char c) { return c != 0; })) {
     std::vector<double> open_z(z, z + assembly_.nz());
@@ -292,7 +286,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
     }
   };
   // Where friction reaches a limit it is known as well as the instant: one that sticks on may be as far beyond its own.
-  const double beyond = begins_to_slide || stops ? kSameMotion : kContactRounding;
+  const double beyond = !begin.empty() || !stops.empty() ? kSameMotion : kContactRounding;
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
     double forces = 0, accelerations = by_forces;
     for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
@@ -308,8 +302,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
           return false;
         continue;
       }
-      if (-lambda[0] < -kContactRounding * forces) return false;
-      if (at.sliding_state < 0 || &at == begins_to_slide) continue;
+      const auto* together =
+          impact_ ? resting_->find(static_cast<int>(&at - contacts_.data()), solved, impact_->balance()) : nullptr;
+      if ((together ? together->weight() : -lambda[0]) < -kContactRounding * forces) return false;
+      if (at.sliding_state < 0 || begins(at)) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
         if (!sticks_within_limits(at, solved, beyond * forces)) return false;
       } else if (rests[c]) {
@@ -322,6 +318,12 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   };
   std::vector<int> chosen;
   Slips chosen_slip;
+  // What rests in space goes on to rest where any shares hold it.
+  const auto goes_on_to_rest = [&] {
+    for (std::size_t c = 0; c < chosen.size(); ++c)
+      if (from_rest[c] && chosen[c] != kSticks) return false;
+    return !chosen.empty() && std::count(from_rest.begin(), from_rest.end(), 1) > 1;
+  };
   std::string undetermined;
   const auto names = [&] {
     std::vector<std::string> list;
@@ -365,7 +367,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
         s.t, event, names(), advice));
   };
   const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
-    if (search && search->proven() && !chosen.empty()) return;
+    if ((search && search->proven() && !chosen.empty()) || goes_on_to_rest()) return;
     for (const Slips& slip : slips(ways)) look_at(ways, slip);
   });
   if (!few)
@@ -386,7 +388,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
         "weight, and slide with different friction ({}): the motion is not determined. Give them one "
         "friction_coefficient, or kind = \"compliant\".",
         s.t, event, count, names()));
-  if (search && !search->proven() && search->starts() > 0)
+  if (search && !search->proven() && search->starts() > 0 && !goes_on_to_rest())
     notice(
         fmt::format("Of contacts ({}) several may begin to slide in space at once{}: one motion was found, and that "
                     "there is no other is not proven.",

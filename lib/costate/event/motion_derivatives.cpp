@@ -41,34 +41,43 @@ void require_one_impact(const Contacts& contacts, const Contact* own, const Stat
 double MotionEvents::acceleration_by_forces(const StateView& s) {
   impact_->balance().prepare(s);
   assembly_.calc_force_amounts(s, amounts_);
-  double largest = 0;
-  for (int j = 0; j < assembly_.n(); ++j) {
+  // A body's coordinates of one unit count with the largest inertia of them: an Euler parameter by itself may have
+  // none.
+  const Mechanism& mech = assembly_.mechanism();
+  const auto inertia = [&](int j) {
     const auto at = assembly_.square().find(j, j);
-    const double mass = at < 0 ? 0 : assembly_.M[static_cast<std::size_t>(at)];
-    if (mass > 0) largest = std::max(largest, amounts_[static_cast<std::size_t>(j)] / mass);
-  }
+    return at < 0 ? 0 : assembly_.M[static_cast<std::size_t>(at)];
+  };
+  const auto unit = [&](int j) -> const std::string& { return mech.coordinates()[static_cast<std::size_t>(j)].unit; };
+  double largest = 0;
+  for (const auto& body : mech.bodies())
+    for (const int j : body->coordinates()) {
+      double mass = inertia(j);
+      for (const int k : body->coordinates())
+        if (unit(k) == unit(j)) mass = std::max(mass, inertia(k));
+      if (mass > 0) largest = std::max(largest, amounts_[static_cast<std::size_t>(j)] / mass);
+    }
   return largest;
 }
 
-bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const StateView& s) {
-  if (slides_in_space(c) != slides_in_space(own)) return false;
+bool MotionEvents::slides_as(const ContactOf& c, const std::vector<char>& others, const StateView& s) {
   impact_->balance().prepare(s);
   const SparsePattern& J = assembly_.jacobian();
   const Eigen::MatrixXd rows = to_dense(J, assembly_.reaction_jacobian().data()).transpose();
-  const int rows_of_one = own.contact->row_count();
+  std::vector<char> held(static_cast<std::size_t>(assembly_.m()), 0);
+  for (int i = 0; i < assembly_.m(); ++i) held[static_cast<std::size_t>(i)] = assembly_.is_there(i) ? 1 : 0;
   // In space friction has its rows while a contact slides, too, where they hold nothing.
-  std::vector<char> free(static_cast<std::size_t>(assembly_.m()), 0);
-  for (const ContactOf& x : contacts_)
-    if (&x == &c || (slides_in_space(x) && s.z[x.closed_state] > 0.5 && s.z[x.sliding_state] != 0))
-      for (int k = 1; k < x.contact->row_count(); ++k) free[static_cast<std::size_t>(x.first_row + k)] = 1;
-  std::vector<int> held;
+  for (const ContactOf& x : contacts_) {
+    const bool among = others[static_cast<std::size_t>(&x - contacts_.data())] != 0 && &x != &c;
+    if (among || &x == &c || (slides_in_space(x) && s.z[x.closed_state] > 0.5 && s.z[x.sliding_state] != 0))
+      for (int k = 1; k < x.contact->row_count(); ++k) held[static_cast<std::size_t>(x.first_row + k)] = among ? 1 : 0;
+  }
+  std::vector<int> all;
   for (int i = 0; i < assembly_.m(); ++i)
-    if (assembly_.is_there(i) && !free[static_cast<std::size_t>(i)]) held.push_back(i);
-  for (int k = 1; k < rows_of_one; ++k)
-    if (std::find(held.begin(), held.end(), own.first_row + k) == held.end()) held.push_back(own.first_row + k);
-  const Eigen::MatrixXd A = rows(Eigen::all, held);
+    if (held[static_cast<std::size_t>(i)] != 0) all.push_back(i);
+  const Eigen::MatrixXd A = rows(Eigen::all, all);
   const auto solver = A.completeOrthogonalDecomposition();
-  for (int k = 1; k < rows_of_one; ++k) {
+  for (int k = 1; k < c.contact->row_count(); ++k) {
     const Eigen::VectorXd b = rows.col(c.first_row + k);
     if (!((A * solver.solve(b) - b).norm() <= kSameRow * b.norm())) return false;
   }
@@ -89,9 +98,11 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
   if (contact_guard(event) == Guard::stop) {
     double acceleration = 0;
     for (const double a : minus.a) acceleration = std::max(acceleration, std::abs(a));
+    const std::vector<char> together = stopping(event, before);
     for (const ContactOf& c : contacts_)
-      if (&c != own && c.part == own->part && c.sliding_state >= 0 && before.z[c.closed_state] > 0.5 &&
-          before.z[c.sliding_state] != 0 && has_stopped(c, before, acceleration) && !slides_as(c, *own, before))
+      if (!together[static_cast<std::size_t>(&c - contacts_.data())] && c.part == own->part && c.sliding_state >= 0 &&
+          before.z[c.closed_state] > 0.5 && before.z[c.sliding_state] != 0 && has_stopped(c, before, acceleration) &&
+          !slides_as(c, together, before))
         throw SolverError(
             fmt::format("At t = {:.9g} s {} and {} stop sliding at the same time: a gradient does not "
                         "exist there, as which of them comes first decides.",

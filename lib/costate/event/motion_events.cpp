@@ -68,6 +68,7 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
         g.gap.emplace(force, *gaps, gaps->gap_of_guard(g.k));
   }
   shared_.resize(guards_.size());
+  resting_.emplace(assembly, contacts_);
   if (!guards_.empty()) length_ = length_size(mech);
 }
 

@@ -20,6 +20,7 @@
 #include "costate/element/guarded_force.h"
 #include "costate/event/impact.h"
 #include "costate/event/reaction_slope.h"
+#include "costate/event/resting_contacts.h"
 #include "costate/event/watched_guard.h"
 #include "costate/objective/output.h"
 
@@ -29,6 +30,7 @@ class MotionEvents {
  public:
   /// Of the mechanism's forces, with the numbers that the assembly has.
   explicit MotionEvents(Assembly& assembly);
+  MotionEvents(const MotionEvents&) = delete;  // resting_ holds the contacts
 
   static bool has_any(const Mechanism& mechanism);
   /// Throws CapabilityError where there are any: for runs that are not carried across ("fixed steps").
@@ -246,6 +248,9 @@ class MotionEvents {
   /// carried.
   void refuse_slip_from_rest(int event, const StateView& before);
   bool stops_in_space(const GuardOf& g) const;
+  /// Of each contact whether it comes to rest along the ground in the instant of this event: the event's own, and where
+  /// a slip in space ends those of its body that are about as slow, and what these leave no way to slide.
+  std::vector<char> stopping(int event, const StateView& before);
   /// Of the contact of such a guard: whether it slides, and has an offset.
   bool has_begun_from_rest(const GuardOf& g, const double* z) const;
   /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
@@ -265,9 +270,9 @@ class MotionEvents {
   /// cross() of a rigid contact's event.
   void cross_contact(int event, const StateView& before, double* v, double* z);
   /// Of the contacts of this part that are closed at this state (q, v, z as they are behind an event) those stay so
-  /// that the ground presses, and stick or slide; z with them. `begins_to_slide` and `stops`: those that do, or null.
-  void settle(const StateView& s, double* z, int part, const std::string& event, const ContactOf* begins_to_slide,
-              const ContactOf* stops);
+  /// that the ground presses, and stick or slide; z with them. Some `begin` to slide, and some stop (of all, or none).
+  void settle(const StateView& s, double* z, int part, const std::string& event,
+              const std::vector<const ContactOf*>& begin, const std::vector<char>& stops);
   /// Whether a closed contact that slides has come to rest along the ground, but for rounding.
   bool has_stopped(const ContactOf& c, const StateView& s, double acceleration) const;
   /// Where a contact slides the largest acceleration at these states; else 0.
@@ -276,6 +281,15 @@ class MotionEvents {
   void require_bounded(const ContactOf& c, const StateView& s);
   /// A run begins at this state: that what slides there can.
   void require_sliding(const StateView& s);
+  // In event/resting_together.cpp.
+  /// With whom its contact shares what it holds (event/resting_contacts.h), of a guard of multipliers in space, where
+  /// the state's own shares are not within their limits, or `anyhow`; else null.
+  const RestingContacts::Held* held(const GuardOf& g, const StateView& s, bool anyhow = false);
+  /// Of a contact that lets go or begins to slide at this state: what it does from there on, and what those do with
+  /// which it shares what it holds, by their best shares; z with that. Returns those that begin to slide.
+  std::vector<const ContactOf*> let_go(const GuardOf& g, const StateView& sticking, std::vector<double>& z);
+  /// Of what lets go together the guard's derivatives by multipliers; h_rho_ := those by parameters.
+  Eigen::VectorXd linearize_held(const RestingContacts::Held& together);
   // In event/contact_impact.cpp.
   /// Solves for the impact at the event: jump_, and which contacts are closed behind it.
   void strike(int event, const StateView& before);
@@ -291,8 +305,8 @@ class MotionEvents {
   // In event/motion_derivatives.cpp.
   /// The largest sum of |Q_j|/M_jj by elements: what forces alone make, of which nothing is left where they balance.
   double acceleration_by_forces(const StateView& s);
-  /// Whether `c` slides no other way than `own`, as points of one body do on one plane: both stop together.
-  bool slides_as(const ContactOf& c, const ContactOf& own, const StateView& s);
+  /// Whether `c` slides no other way than these do, as points of one body on one plane: where they stop it does.
+  bool slides_as(const ContactOf& c, const std::vector<char>& others, const StateView& s);
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   // In event/falling_friction.cpp.
@@ -352,6 +366,7 @@ class MotionEvents {
   std::unique_ptr<Impact> impact_;
   std::unique_ptr<ReactionSlope> reactions_;  // made where it is asked
   std::vector<ContactOf> contacts_;
+  std::optional<RestingContacts> resting_;
   struct SharedFriction {
     std::vector<double> modes = {};  // of the contacts of the part, at which `guards` is known
     std::vector<int> guards = {};

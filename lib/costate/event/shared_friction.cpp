@@ -91,6 +91,8 @@ bool MotionEvents::sticks_within_limits(const ContactOf& c, const StateView& s, 
 }
 
 double MotionEvents::guard(const GuardOf& g, const StateView& s) {
+  if (const auto* together = held(g, s))
+    return g.guarded->guard_name(g.k) == "release" ? together->weight() : together->margin();
   const auto own = [&](const GuardOf& of) {
     return guard_value(*of.force, *of.guarded, of.k, of.first_state, of.first_row, s, assembly_, gathered_);
   };
@@ -110,6 +112,7 @@ Eigen::VectorXd MotionEvents::linearize_all(const GuardOf& g, const StateView& b
     for (std::size_t j = 0; j < by_numbers.size(); ++j) by_numbers[j] += h_rho_[j];
   }
   linearize(g, before, minus, columns);
+  if (const auto* together = held(g, before)) return linearize_held(*together);
   for (std::size_t j = 0; j < by_numbers.size(); ++j) h_rho_[j] += by_numbers[j];
   if (!lambda_.empty()) by_multipliers += by_multipliers_of(g);
   return by_multipliers;

@@ -8,12 +8,17 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
 
 namespace costate {
 
 namespace {
+// Feet of one body end to slide in one instant: so many times the speed of the one that is seen to is as slow, and so
+// is this speed [m/s].
+constexpr double kAsSlow = 3, kStopsWith = 30 * kSlidingOffset;
+
 /// Of a contact in space: whether it slides from rest with the states `after`, and has not done so with those before.
 template <class Contact>
 bool slip_begins(const Contact& c, const double* before, const double* after) {
@@ -26,7 +31,11 @@ bool slip_begins(const Contact& c, const double* before, const double* after) {
 MotionEvents::Slowest MotionEvents::slowest_from_rest(const StateView& s) {
   Slowest all;
   for (GuardOf& g : guards_) {
-    if (!stops_in_space(g) || !has_begun_from_rest(g, s.z)) continue;
+    if (!stops_in_space(g)) continue;
+    if (!has_begun_from_rest(g, s.z)) {  // one that begins as the last one did is another
+      g.largest_from_rest = g.offset[0] = g.offset[1] = 0;
+      continue;
+    }
     const double* o = s.z + contacts_[static_cast<std::size_t>(g.contact)].sliding_state + 1;
     if (o[0] != g.offset[0] || o[1] != g.offset[1]) g.largest_from_rest = 0;
     std::copy_n(o, 2, g.offset);
@@ -57,6 +66,31 @@ bool MotionEvents::stops_in_space(const GuardOf& g) const {
   if (g.contact < 0) return false;
   const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
   return slides_in_space(c) && c.contact->guard_kind(g.k) == UnilateralForce::Guard::stop;
+}
+
+std::vector<char> MotionEvents::stopping(int event, const StateView& before) {
+  std::vector<char> stops(contacts_.size(), 0);
+  const ContactOf& own = *contact_of(event);
+  stops[static_cast<std::size_t>(of(event).contact)] = 1;
+  if (!stops_in_space(of(event))) return stops;
+  const auto speed = [&](const ContactOf& c) {
+    double w[2];
+    for (int k = 0; k < 2; ++k)
+      w[k] = row_of(*c.force, *c.contact, 1 + k, before, assembly_, nullptr).c1 + before.z[c.sliding_state + 1 + k];
+    return std::hypot(w[0], w[1]);
+  };
+  const double slow = std::max(kAsSlow * speed(own), kStopsWith);
+  const auto slips = [&](std::size_t i) {
+    const ContactOf& c = contacts_[i];
+    return stops[i] == 0 && slides_in_space(c) && c.part == own.part && before.z[c.closed_state] > 0.5 &&
+           before.z[c.sliding_state] != 0;
+  };
+  for (std::size_t i = 0; i < contacts_.size(); ++i)
+    if (slips(i) && contacts_[i].force->coordinates() == own.force->coordinates() && speed(contacts_[i]) <= slow)
+      stops[i] = 1;
+  for (std::size_t i = 0; i < contacts_.size(); ++i)
+    if (slips(i) && slides_as(contacts_[i], stops, before)) stops[i] = 1;
+  return stops;
 }
 
 bool MotionEvents::has_begun_from_rest(const GuardOf& g, const double* z) const {
@@ -92,7 +126,7 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
     StateView behind = before;
     behind.v = v.data();
     const std::vector<double> from = z;
-    settle(behind, z.data(), own->part, g.name, nullptr, touch ? nullptr : own);
+    settle(behind, z.data(), own->part, g.name, {}, touch ? std::vector<char>{} : stopping(event, before));
     return std::any_of(contacts_.begin(), contacts_.end(),
                        [&](const ContactOf& c) { return spatial(c) && slip_begins(c, from.data(), z.data()); });
   };

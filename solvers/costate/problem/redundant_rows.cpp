@@ -9,24 +9,41 @@
 #include "costate/analysis/start.h"
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/notice.h"
+#include "costate/level/acceleration_level.h"
 #include "costate/objective/all_outputs.h"
 
 namespace costate {
 
 constexpr double kMostLooks = 1e7;
 
-std::string redundant_rows(const Problem& problem, const std::vector<double>& rho) {
+namespace {
+std::string dependent_rows(const Problem& problem, const std::vector<double>& rho, bool contacts_give) {
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(rho.data());
   const double t = problem.solver.t_start;
   const Start start = find_start(assembly, t, false);
   const ConstraintRank rank = constraint_rank(assembly, t, start.q.data());
+  if (contacts_give) {
+    const AccelerationLevel level(assembly, Stabilization{});
+    std::size_t give = 0;
+    for (int i = 0; i < assembly.m(); ++i) give += assembly.is_there(i) && level.gives(i) ? 1 : 0;
+    if (rank.dependent_rows.size() <= give) return {};
+  }
   if (rank.dependent_rows.empty()) return {};
   const std::vector<std::string> rows = problem.mechanism->row_names();
   std::vector<std::string> names;
   for (const int i : rank.dependent_rows) names.push_back(rows[static_cast<std::size_t>(i)]);
   return fmt::format("{} of {} constraint rows depend on the others ({}).", names.size(), rows.size(),
                      fmt::join(names, ", "));
+}
+}  // namespace
+
+std::string redundant_rows(const Problem& problem, const std::vector<double>& rho) {
+  return dependent_rows(problem, rho, false);
+}
+
+std::string redundant_joints(const Problem& problem, const std::vector<double>& rho) {
+  return dependent_rows(problem, rho, true);
 }
 
 OpenReactions::OpenReactions(const Problem& problem, const std::vector<double>& rho,

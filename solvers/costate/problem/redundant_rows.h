@@ -14,6 +14,9 @@ namespace costate {
 
 /// "2 of 9 constraint rows depend on the others (...)." at the start for rho, or empty. Throws as find_start does.
 std::string redundant_rows(const Problem& problem, const std::vector<double>& rho);
+/// The same, but empty where contacts that hold one body more often than it takes account for all of them: their rows
+/// give, in formulations without weights, too (level/acceleration_level.h).
+std::string redundant_joints(const Problem& problem, const std::vector<double>& rho);
 
 /// What a run hands out of reactions that the motion does not determine, from the start or from where contacts close
 /// that hold a body more often than it can move: of these outputs, and of all multipliers or none.

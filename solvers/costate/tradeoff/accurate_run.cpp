@@ -95,7 +95,7 @@ class Chooser {
   AccurateRun chosen(const BeginRecording& begin) {
     const Unsaid judging;
     AccurateRun r;
-    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
+    const bool redundant = !redundant_joints(problem_, probe_.rho()).empty();
     for (std::exception_ptr first;;) {
       PilotRace race(problem_, probe_.rho(), redundant,
                      [this](const Formulation& f, const Integrator& i) { return serves(f, i); },

@@ -60,7 +60,7 @@ StressCase::StressCase(const Problem& problem, const std::vector<double>& rho, c
       probe_(problem_, rho, outputs, kSampleCount) {}
 
 void StressCase::find_reference(double seconds, bool with_gradient) {
-  redundant_ = redundant_rows(problem_, rho_);
+  redundant_ = redundant_joints(problem_, rho_);
   ReferenceSearch search;
   search.redundant = !redundant_.empty();
   search.gradient = with_gradient;

@@ -43,7 +43,7 @@ double TradeStudy::spent_s() const {
 }
 
 void TradeStudy::find_reference() {
-  redundant_ = redundant_rows(probe_.problem(), probe_.rho());
+  redundant_ = redundant_joints(probe_.problem(), probe_.rho());
   ReferenceSearch search;
   search.redundant = !redundant_.empty();
   search.gradient = options_.gradient;

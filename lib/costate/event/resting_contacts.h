@@ -1,0 +1,68 @@
+// Contacts in space of which several stick on what they hold, so that who bears how much of its friction is not
+// determined: groups of them, and what the best shares leave to their limits (event/resting_shares.h). They rest as
+// long as any shares within all cones hold them, and what the best shares have at its limit there begins to slide, or
+// to open, in one instant.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/event/resting_shares.h"
+#include "costate/event/watched_guard.h"
+#include "costate/level/impulse_balance.h"
+
+namespace costate {
+
+class RestingContacts {
+ public:
+  /// Of these contacts; both live longer.
+  RestingContacts(Assembly& assembly, const std::vector<WatchedContact>& contacts);
+
+  struct Group {
+    std::vector<int> contacts;
+    std::vector<RestingCone> cones;  // one a contact; their rows among these of the mechanism
+    std::vector<int> rows;
+    Eigen::MatrixXd moves_nothing;
+  };
+  /// That of one contact, with its best shares of the multipliers -forces of the state.
+  struct Held {
+    const Group* group;
+    std::size_t own;  // which of the group's contacts
+    RestingShares shares;
+    /// What the best shares leave to the contact: to the limit of its friction, and of its weight.
+    double margin() const { return margin_of(group->cones[own], shares.forces); }
+    double weight() const { return shares.forces[group->cones[own].first]; }
+  };
+  /// Null where its own share is determined, or may grow without a limit, or where the state's shares are all within
+  /// their cones, unless `anyhow`. Valid until the next call.
+  const Held* find(int contact, const StateView& s, ImpulseBalance& balance, bool anyhow = false);
+
+ private:
+  bool is_closed(const WatchedContact& c, const StateView& s) const {
+    return c.closed_state >= 0 && s.z[c.closed_state] > 0.5;
+  }
+  bool slides(const WatchedContact& c, const StateView& s) const {
+    return c.sliding_state >= 0 && s.z[c.sliding_state] != 0;
+  }
+  /// How many of its rows have a multiplier of their own.
+  int rows_of(const WatchedContact& c, const StateView& s) const { return slides(c, s) ? 1 : c.contact->row_count(); }
+  RestingCone cone_of(const WatchedContact& c, const StateView& s, int first) const;
+  std::vector<Group> find_groups(int part, const StateView& s, ImpulseBalance& balance) const;
+
+  Assembly& assembly_;
+  const std::vector<WatchedContact>& contacts_;
+  bool several_in_space_ = false;
+  std::vector<int> part_of_coordinate_, part_of_row_;
+  // Groups of one part where its contacts do this and are here, with these numbers.
+  struct {
+    int part = -1;
+    std::vector<double> modes, places, numbers;
+    std::vector<Group> groups;
+  } known_;
+  std::vector<double> modes_, places_;
+  std::optional<Held> held_;
+  Eigen::VectorXd shared_;  // of these forces
+};
+
+}  // namespace costate

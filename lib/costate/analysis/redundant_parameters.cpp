@@ -67,6 +67,7 @@ class Positions {
     assembly_.calc_parameter_columns(s, columns_);
     Eigen::MatrixXd phi_q = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
     held_ = 0;
+    all_changes_ = columns_.phi;
     for (int i = 0; i < assembly_.m(); ++i) {
       if (assembly_.is_there(i) && assembly_.holds_position(i)) {
         ++held_;
@@ -103,7 +104,7 @@ class Positions {
     if (factors_.rank() == held_) return false;
     const Eigen::MatrixXd& change = columns_.phi;
     if (change.isZero(0)) return true;
-    const auto [j, row] = torn_parameter(change, change - phi_q * factors_.solve(change));
+    const auto [j, row] = torn_parameter(all_changes_, change - phi_q * factors_.solve(change));
     if (j >= 0) refuse_torn_parameter(assembly_, j, row);
     return true;
   }
@@ -118,6 +119,7 @@ class Positions {
   const Start& start_;
   Eigen::VectorXd rest_;
   Assembly::ParameterColumns columns_;
+  Eigen::MatrixXd all_changes_;  // of rows that hold rates alone, too
   Eigen::Index held_ = 0;
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors_;
 };

@@ -213,8 +213,7 @@ void MotionEvents::strike(int event, const StateView& before) {
 
 void MotionEvents::find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play,
                             double speed) {
-  // The way that a contact has now first, and then those in which it stays closed.
-  std::vector<std::vector<int>> options;
+  std::vector<std::vector<int>> options;  // the way that a contact has now, and then those in which it stays closed
   for (const InPlay& c : in_play) {
     std::vector<int> o;
     const auto slide = [&](int forward, int backward) {
@@ -341,7 +340,8 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       chosen_slip = slip;
       return;
     }
-    if (!are_one_motion(found, u.data()))
+    // What a slow impact may do by less than speeds are told apart is one.
+    if (!are_one_motion(found, u.data(), kSameMotion * std::max(fastest, fastest_)))
       throw SolverError(
           fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
                       "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",

@@ -394,6 +394,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
                     "there is no other is not proven.",
                     names(), search->told()));
   write(chosen, chosen_slip);
+  resting_->require_determined(now, impact_->balance(), slip_error_.relative * fastest_ + slip_error_.absolute, part);
 }
 
 }  // namespace costate

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/crossing_rate.h"
@@ -110,6 +111,12 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
     return false;
   }
   if (friction_falls(of(event))) return false;
+  if (const auto* together = held(of(event), before, true); together && together->shares_weight())
+    notice(fmt::format(
+        "At '{}' more contacts begin to slide than determine who bears how much of a weight. They slide alike, so that "
+        "the motion is determined; by parameters that make them unlike (one contact's friction, what turns a body) psi "
+        "has a kink, and derivatives are those with the shares that the formulation chooses.",
+        of(event).name));
   // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < minus.a.size(); ++i) {

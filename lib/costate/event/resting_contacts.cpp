@@ -1,10 +1,17 @@
 #include "costate/event/resting_contacts.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 
+#include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/mechanism/coordinate_parts.h"
 
@@ -19,6 +26,9 @@ using Eigen::VectorXd;
 constexpr double kNoPart = 1e-9;
 // Rows that depend on others but for this much of them depend on them.
 constexpr double kDepends = 1e-10;
+// Of the acceleration by one share of friction: less is left by others of directions that are one, and that errors
+// turn; of errors that turn by this nothing is said.
+constexpr double kTellsApart = 1e-5, kOfErrors = 30, kTellsAll = 0.1;
 
 /// All changes of the columns' amounts that add up to nothing: orthonormal.
 MatrixXd null_space(const MatrixXd& columns) {
@@ -33,7 +43,7 @@ RestingContacts::RestingContacts(Assembly& assembly, const std::vector<WatchedCo
     : assembly_(assembly), contacts_(contacts) {
   const auto in_space = [](const WatchedContact& c) { return slides_in_space(c); };
   several_in_space_ = std::count_if(contacts.begin(), contacts.end(), in_space) > 1;
-  if (!several_in_space_) return;
+  if (contacts.size() < 2) return;
   part_of_coordinate_ = coordinate_parts(assembly.mechanism());
   part_of_row_.assign(static_cast<std::size_t>(assembly.m()), -1);
   const SparsePattern& J = assembly.jacobian();
@@ -41,6 +51,11 @@ RestingContacts::RestingContacts(Assembly& assembly, const std::vector<WatchedCo
     for (auto k = J.column_start[static_cast<std::size_t>(j)]; k < J.column_start[static_cast<std::size_t>(j) + 1]; ++k)
       part_of_row_[static_cast<std::size_t>(J.row[static_cast<std::size_t>(k)])] =
           part_of_coordinate_[static_cast<std::size_t>(j)];
+}
+
+bool RestingContacts::Held::shares_weight() const {
+  return std::any_of(group->cones.begin(), group->cones.end(),
+                     [&](const RestingCone& c) { return group->moves_nothing.row(c.first).norm() > kNoPart; });
 }
 
 RestingCone RestingContacts::cone_of(const WatchedContact& c, const StateView& s, int first) const {
@@ -93,33 +108,47 @@ const RestingContacts::Held* RestingContacts::find(int contact, const StateView&
   return nullptr;
 }
 
-std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const StateView& s,
-                                                                 ImpulseBalance& balance) const {
-  balance.prepare(s);
-  const SparsePattern& J = assembly_.jacobian();
-  const std::vector<double>& values = assembly_.reaction_jacobian();
-  // What slides has its friction in the row of its gap, and rows along the ground that hold nothing.
-  std::vector<int> column(static_cast<std::size_t>(assembly_.m()), -1), rows;
+// What slides has its friction in the row of its gap, and rows along the ground that hold nothing.
+std::vector<int> RestingContacts::rows_of_part(int part, const StateView& s) const {
+  std::vector<int> rows;
   for (int i = 0; i < assembly_.m(); ++i) {
     const auto idle = [&](const WatchedContact& c) {
       return c.first_row >= 0 && slides(c, s) && i > c.first_row && i < c.first_row + c.contact->row_count();
     };
-    if (part_of_row_[static_cast<std::size_t>(i)] != part || !assembly_.is_there(i) ||
-        std::any_of(contacts_.begin(), contacts_.end(), idle))
-      continue;
-    column[static_cast<std::size_t>(i)] = static_cast<int>(rows.size());
-    rows.push_back(i);
+    if (part_of_row_[static_cast<std::size_t>(i)] == part && assembly_.is_there(i) &&
+        std::none_of(contacts_.begin(), contacts_.end(), idle))
+      rows.push_back(i);
   }
+  return rows;
+}
+
+std::vector<int> RestingContacts::coordinates_of_part(int part) const {
   std::vector<int> coordinates;
-  for (int j = 0; j < J.cols; ++j)
+  for (int j = 0; j < assembly_.n(); ++j)
     if (part_of_coordinate_[static_cast<std::size_t>(j)] == part) coordinates.push_back(j);
-  MatrixXd by_row = MatrixXd::Zero(static_cast<Index>(coordinates.size()), static_cast<Index>(rows.size()));
+  return coordinates;
+}
+
+MatrixXd RestingContacts::by_rows(const std::vector<double>& values, const std::vector<int>& rows,
+                                  const std::vector<int>& coordinates) const {
+  const SparsePattern& J = assembly_.jacobian();
+  std::vector<int> column(static_cast<std::size_t>(assembly_.m()), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) column[static_cast<std::size_t>(rows[i])] = static_cast<int>(i);
+  MatrixXd A = MatrixXd::Zero(static_cast<Index>(coordinates.size()), static_cast<Index>(rows.size()));
   for (std::size_t j = 0; j < coordinates.size(); ++j) {
     const auto at = static_cast<std::size_t>(coordinates[j]);
     for (auto k = J.column_start[at]; k < J.column_start[at + 1]; ++k)
       if (const int c = column[static_cast<std::size_t>(J.row[static_cast<std::size_t>(k)])]; c >= 0)
-        by_row(static_cast<Index>(j), c) = values[static_cast<std::size_t>(k)];
+        A(static_cast<Index>(j), c) = values[static_cast<std::size_t>(k)];
   }
+  return A;
+}
+
+std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const StateView& s,
+                                                                 ImpulseBalance& balance) const {
+  balance.prepare(s);
+  const std::vector<int> rows = rows_of_part(part, s);
+  const MatrixXd by_row = by_rows(assembly_.reaction_jacobian(), rows, coordinates_of_part(part));
   const MatrixXd all = null_space(by_row);
   if (all.cols() == 0) return {};
   struct Member {
@@ -129,8 +158,9 @@ std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const WatchedContact& of = contacts_[c];
     if (of.part != part || of.first_row < 0 || !is_closed(of, s)) continue;
-    const int first = column[static_cast<std::size_t>(of.first_row)], count = rows_of(of, s);
-    if (first >= 0 && all.middleRows(first, count).norm() > kNoPart)
+    const auto at = std::find(rows.begin(), rows.end(), of.first_row);
+    const int first = static_cast<int>(at - rows.begin()), count = rows_of(of, s);
+    if (at != rows.end() && all.middleRows(first, count).norm() > kNoPart)
       members.push_back({static_cast<int>(c), first, count});
   }
   // Those whose shares change together.
@@ -169,6 +199,78 @@ std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const
     groups.push_back(std::move(g));
   }
   return groups;
+}
+
+// With changes of shares n that do nothing by normal forces, Phi_q^T n = 0, friction that slides does what the
+// friction's part D of the reactions' Jacobian makes of them, D^T n: a, as the constraints leave it.
+void RestingContacts::require_determined(const StateView& s, ImpulseBalance& balance, double error, int only) {
+  if (contacts_.size() < 2) return;
+  std::vector<int> parts;
+  for (const WatchedContact& c : contacts_)
+    if (c.first_row >= 0 && is_closed(c, s) && slides(c, s) && (only < 0 || c.part == only) &&
+        std::find(parts.begin(), parts.end(), c.part) == parts.end())
+      parts.push_back(c.part);
+  for (const int part : parts) {
+    std::vector<double> modes;
+    std::vector<const WatchedContact*> sliding;
+    std::vector<Eigen::Vector2d> along;  // of these, in space
+    double slowest = std::numeric_limits<double>::infinity();
+    for (const WatchedContact& c : contacts_) {
+      if (c.part != part || c.first_row < 0) continue;
+      modes.push_back(!is_closed(c, s) ? 0 : slides(c, s) ? 2 : 1);
+      if (modes.back() != 2) continue;
+      sliding.push_back(&c);
+      double w[2] = {0, 0};
+      for (int k = 0; k < c.contact->row_count() - 1; ++k)
+        w[k] = row_of(*c.force, *c.contact, 1 + k, s, assembly_, nullptr).c1 +
+               (slides_in_space(c) ? s.z[c.sliding_state + 1 + k] : 0);
+      const double size = std::hypot(w[0], w[1]);
+      along.emplace_back(size > 0 ? Eigen::Vector2d(w[0] / size, w[1] / size) : Eigen::Vector2d(0, 0));
+      // What has just begun has its direction by its offset, without an error.
+      if (only < 0 || size > 2 * kSlidingOffset) slowest = std::min(slowest, size);
+    }
+    const double tells_apart = kTellsApart + kOfErrors * error / slowest;
+    if (modes.size() < 2 || !(tells_apart < kTellsAll)) continue;
+    const auto known = depend_.find({part, modes});
+    if (known != depend_.end() && !known->second) continue;
+    balance.prepare(s);
+    const std::vector<int> rows = rows_of_part(part, s), coordinates = coordinates_of_part(part);
+    const MatrixXd held = by_rows(assembly_.phi_q, rows, coordinates), none = null_space(held);
+    depend_[{part, std::move(modes)}] = none.cols() > 0;
+    if (none.cols() == 0) continue;
+    MatrixXd friction = by_rows(assembly_.reaction_jacobian(), rows, coordinates) - held;
+    // In space rows along the ground have it, lambda_k = -mu lambda_n sigma_k.
+    for (std::size_t c = 0; c < sliding.size(); ++c) {
+      const WatchedContact& of = *sliding[c];
+      if (!slides_in_space(of)) continue;
+      const int number = of.force->numbers()[static_cast<std::size_t>(of.contact->friction_number())];
+      const MatrixXd rough = by_rows(assembly_.reaction_jacobian(), {of.first_row + 1, of.first_row + 2}, coordinates);
+      friction.col(std::find(rows.begin(), rows.end(), of.first_row) - rows.begin()) -=
+          assembly_.numbers()[static_cast<std::size_t>(number)] * rough * along[c];
+    }
+    const auto acceleration = [&](const VectorXd& force) {
+      std::vector<double> b(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
+      for (std::size_t j = 0; j < coordinates.size(); ++j)
+        b[static_cast<std::size_t>(coordinates[j])] = force[static_cast<Index>(j)];
+      balance.solve(b.data());
+      return VectorXd(Eigen::Map<const VectorXd>(b.data(), assembly_.n()));
+    };
+    // What each share of one newton does by itself.
+    double alone = 0;
+    MatrixXd each(assembly_.n(), friction.cols());
+    for (Index i = 0; i < friction.cols(); ++i) {
+      each.col(i) = friction.col(i).isZero(0) ? VectorXd(VectorXd::Zero(assembly_.n())) : acceleration(friction.col(i));
+      alone = std::max(alone, each.col(i).norm());
+    }
+    if (!((each * none).norm() > tells_apart * alone)) continue;
+    std::vector<std::string> names;
+    for (const WatchedContact* c : sliding) names.push_back(c->force->path());
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s more contacts hold bodies than determine who bears how much of their weight, and those that "
+        "slide ({}) do so in different directions, or with different friction: the motion is not determined. Let fewer "
+        "contacts hold one body (three in space, two in the plane), or take kind = \"compliant\".",
+        s.t, fmt::join(names, ", ")));
+  }
 }
 
 }  // namespace costate

@@ -4,7 +4,9 @@
 // to open, in one instant.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
@@ -33,10 +35,15 @@ class RestingContacts {
     /// What the best shares leave to the contact: to the limit of its friction, and of its weight.
     double margin() const { return margin_of(group->cones[own], shares.forces); }
     double weight() const { return shares.forces[group->cones[own].first]; }
+    /// Whether not friction alone is what is shared.
+    bool shares_weight() const;
   };
   /// Null where its own share is determined, or may grow without a limit, or where the state's shares are all within
   /// their cones, unless `anyhow`. Valid until the next call.
   const Held* find(int contact, const StateView& s, ImpulseBalance& balance, bool anyhow = false);
+  /// Throws SolverError where contacts that slide share a weight in shares that are not determined, and friction makes
+  /// accelerations of that: of all parts, or behind an event of one, with velocities known to `error`.
+  void require_determined(const StateView& s, ImpulseBalance& balance, double error, int part = -1);
 
  private:
   bool is_closed(const WatchedContact& c, const StateView& s) const {
@@ -48,6 +55,12 @@ class RestingContacts {
   /// How many of its rows have a multiplier of their own.
   int rows_of(const WatchedContact& c, const StateView& s) const { return slides(c, s) ? 1 : c.contact->row_count(); }
   RestingCone cone_of(const WatchedContact& c, const StateView& s, int first) const;
+  /// Rows of the part that have a multiplier, where the assembly is at the state.
+  std::vector<int> rows_of_part(int part, const StateView& s) const;
+  std::vector<int> coordinates_of_part(int part) const;
+  /// Columns of values on the constraint Jacobian's pattern, of these rows and coordinates.
+  Eigen::MatrixXd by_rows(const std::vector<double>& values, const std::vector<int>& rows,
+                          const std::vector<int>& coordinates) const;
   std::vector<Group> find_groups(int part, const StateView& s, ImpulseBalance& balance) const;
 
   Assembly& assembly_;
@@ -61,6 +74,8 @@ class RestingContacts {
     std::vector<Group> groups;
   } known_;
   std::vector<double> modes_, places_;
+  // Of a part whose contacts do this its rows depend on each other.
+  std::map<std::pair<int, std::vector<double>>, bool> depend_;
   std::optional<Held> held_;
   Eigen::VectorXd shared_;  // of these forces
 };

@@ -44,19 +44,25 @@ std::vector<const WatchedContact*> MotionEvents::let_go(const GuardOf& g, const 
   if (const auto* together = slides_in_space(own) ? held(g, solved, true) : nullptr) {
     const RestingShares& shares = together->shares;
     const double size = shares.forces.cwiseAbs().maxCoeff();
-    for (std::size_t i = 0; i < together->group->contacts.size(); ++i) {
+    const auto bears = [&](const RestingCone& cone) { return shares.forces[cone.first] > kSameMotion * size; };
+    const auto at_limit = [&](std::size_t i) { return shares.at_limit[static_cast<Eigen::Index>(i)] > kTakesPart; };
+    const std::vector<RestingCone>& cones = together->group->cones;
+    bool any_slides = false;
+    for (std::size_t i = 0; i < cones.size(); ++i)
+      any_slides = any_slides || (at_limit(i) && cones[i].count > 2 && bears(cones[i]));
+    for (std::size_t i = 0; i < cones.size(); ++i) {
       const ContactOf& c = contacts_[static_cast<std::size_t>(together->group->contacts[i])];
-      const RestingCone& cone = together->group->cones[i];
-      if (!(shares.at_limit[static_cast<Eigen::Index>(i)] > kTakesPart)) continue;
-      if (shares.forces[cone.first] <= kSameMotion * size) {
-        open(c);
-      } else if (cone.count > 2) {
-        const double lambda_t[2] = {-shares.forces[cone.first + 1], -shares.forces[cone.first + 2]};
-        slide(c, 1, lambda_t);
-        // Its speed, a drift that not all feet can be without, has no say in where it slides.
-        for (int k = 0; k < 2; ++k)
-          state(c.sliding_state + 1 + k) -= row_of(*c.force, *c.contact, 1 + k, sticking, assembly_, nullptr).c1;
-      }
+      if (!at_limit(i)) continue;
+      if (!any_slides && !bears(cones[i])) open(c);
+      if (!any_slides || cones[i].count < 3) continue;
+      // What bears nothing slides with the others: weights are how all of them move.
+      const double part = bears(cones[i]) ? -1 : 1;
+      const Eigen::VectorXd& of = bears(cones[i]) ? shares.forces : shares.weights;
+      const double lambda_t[2] = {part * of[cones[i].first + 1], part * of[cones[i].first + 2]};
+      slide(c, 1, lambda_t);
+      // Its speed, a drift that not all feet can be without, has no say in where it slides.
+      for (int k = 0; k < 2; ++k)
+        state(c.sliding_state + 1 + k) -= row_of(*c.force, *c.contact, 1 + k, sticking, assembly_, nullptr).c1;
     }
   } else if (kind == UnilateralForce::Guard::release) {
     open(own);

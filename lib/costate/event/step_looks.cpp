@@ -16,6 +16,8 @@ constexpr int kLooks = 4;
 // Of errors of velocities: slower slips in space are not resolved. And of its largest speed, of which no slip is over
 // before.
 constexpr double kUnresolved = 10, kMostOfSlip = 0.1;
+// So many times as fast another foot of the body goes on.
+constexpr double kTurnsAbout = 3;
 // Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
 constexpr double kOfSlowStep = 1e-9;
 }  // namespace
@@ -32,6 +34,14 @@ std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, doub
                                   kMostOfSlip * g.largest_slip);
     const auto above = [&](double t) { return value(g, at(t)) + slowest > least; };
     if (above(to)) continue;
+    // A foot about which the others of its body turn is slow, and does not stop for that.
+    const auto& body = contacts_[static_cast<std::size_t>(g.contact)].force->coordinates();
+    if (std::any_of(guards_.begin(), guards_.end(), [&](const GuardOf& other) {
+          return &other != &g && slowest_slip(other) > 0 && !std::isnan(other.last) &&
+                 contacts_[static_cast<std::size_t>(other.contact)].force->coordinates() == body &&
+                 value(other, at(to)) + slowest_slip(other) > kTurnsAbout * least;
+        }))
+      continue;
     double a = from, b = to;
     halve_to_change(a, b, kOfSlowStep * (to - from), above);
     if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};

@@ -68,7 +68,7 @@ class AccelerationLevel {
   /// 0, but for rows of contacts that hold one body twice where they stick: those give as the penalty's do.
   double inverse_alpha(int i) const {
     if (!assembly_.is_there(i)) return 1;
-    return gives(i) ? giving_ : stabilization_.inverse_alpha;
+    return gives(i) ? giving_rows_[static_cast<std::size_t>(i)].inverse_alpha : stabilization_.inverse_alpha;
   }
   /// Whether row i is, or may be, one of those.
   bool gives(int i) const {
@@ -192,9 +192,9 @@ class AccelerationLevel {
   struct GivingRow {
     std::vector<int> others;
     int too_many = 0;
+    double inverse_alpha = 0;
   };
   std::vector<GivingRow> giving_rows_;  // none where none may give
-  double giving_ = 0;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;
 };

@@ -82,7 +82,6 @@ Inertias largest_inertias(const FirstRows& first, const std::vector<Coordinate>&
 
 // lib/README.md (4.5).
 double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism) {
-  constexpr double stiffness = 2e8;
   const FirstRows first = first_rows(mechanism);
   const auto& coordinates = mechanism->coordinates();
   const Inertias inertias = largest_inertias(first, coordinates);
@@ -93,7 +92,7 @@ double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism)
   if (const auto masses = inertias.find("m"); largest == 0 && masses != inertias.end()) largest = masses->second;
   if (largest == 0)
     for (const auto& [unit, inertia] : inertias) largest = std::max(largest, inertia);
-  return stiffness * (largest > 0 ? largest : 1.0);
+  return kPenaltyStiffness * (largest > 0 ? largest : 1.0);
 }
 
 // Made at the first call: formulations register before or after this file's own objects.

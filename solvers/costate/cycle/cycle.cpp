@@ -19,6 +19,8 @@ namespace costate {
 namespace {
 
 constexpr int kHalvings = 8;
+// A search ends where its next step would be this part of the tolerances, or their errors let it come no nearer.
+constexpr double kNear = 0.01;
 // How far a multiplier is from 1 is known to its change between two tolerances, which is small by chance, too: in 48
 // runs of motions that conserve it was up to 5.6 times too small.
 constexpr double kChance = 10;
@@ -87,6 +89,16 @@ class Search {
     residual = weigh(value, at, &worst);
   }
   Eigen::VectorXd newton_step() const;
+  /// The largest entry of a step, in tolerances: what returns within them may be far from the cycle, by 1/(1 - mu).
+  double in_tolerances(const Eigen::VectorXd& dx) const {
+    const auto& free = map_.section().free();
+    const SolverOptions& s = map_.problem().solver;
+    double most = 0;
+    for (std::size_t i = 0; i < free.size(); ++i)
+      most =
+          std::max(most, std::abs(dx[static_cast<Eigen::Index>(i)]) / (s.rtol * std::abs(x[free[i]]) + s.absolute()));
+    return most;
+  }
   [[noreturn]] void fail(const std::string& why) const;
   double entry(const Eigen::VectorXd& of) const {
     for (int i = 0; i < map_.section().size(); ++i)
@@ -148,7 +160,7 @@ void Search::solve() {
     check_stop();
     // Also of what closes at once, as all that keeps its energy does.
     const Eigen::VectorXd dx = newton_step();
-    if (residual <= 1) return;
+    if (residual <= 1 && in_tolerances(dx) <= kNear) return leave(dx);
     const Eigen::VectorXd from = x;
     const std::vector<double> from_positions = positions;
     const MapValue before = value;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kHalvings = 8;
 // A search ends where its next step would be this part of the tolerances, or their errors let it come no nearer.
-constexpr double kNear = 0.01;
+constexpr double kNear = 1e-3;
 // How far a multiplier is from 1 is known to its change between two tolerances, which is small by chance, too: in 48
 // runs of motions that conserve it was up to 5.6 times too small.
 constexpr double kChance = 10;
@@ -89,15 +89,11 @@ class Search {
     residual = weigh(value, at, &worst);
   }
   Eigen::VectorXd newton_step() const;
-  /// The largest entry of a step, in tolerances: what returns within them may be far from the cycle, by 1/(1 - mu).
-  double in_tolerances(const Eigen::VectorXd& dx) const {
-    const auto& free = map_.section().free();
+  /// A step's entries in tolerances: what returns within them may be far from the cycle, by 1/(1 - mu).
+  Eigen::VectorXd in_tolerances(const Eigen::VectorXd& dx) const {
+    const Eigen::VectorXd at = x(map_.section().free());
     const SolverOptions& s = map_.problem().solver;
-    double most = 0;
-    for (std::size_t i = 0; i < free.size(); ++i)
-      most =
-          std::max(most, std::abs(dx[static_cast<Eigen::Index>(i)]) / (s.rtol * std::abs(x[free[i]]) + s.absolute()));
-    return most;
+    return dx.cwiseAbs().cwiseQuotient(s.rtol * at.cwiseAbs() + Eigen::VectorXd::Constant(at.size(), s.absolute()));
   }
   [[noreturn]] void fail(const std::string& why) const;
   double entry(const Eigen::VectorXd& of) const {
@@ -153,14 +149,16 @@ void Search::solve() {
   std::string refused;
   left.setZero(x.size());
   const auto leave = [&](const Eigen::VectorXd& dx) {
-    for (std::size_t i = 0; i < free.size(); ++i) left[free[i]] = dx[static_cast<Eigen::Index>(i)];
+    const Eigen::VectorXd parts = in_tolerances(dx);
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (const auto k = static_cast<Eigen::Index>(i); parts[k] > kNear) left[free[i]] = dx[k];
   };
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (options_.progress) options_.progress(iterations, residual);
     check_stop();
     // Also of what closes at once, as all that keeps its energy does.
     const Eigen::VectorXd dx = newton_step();
-    if (residual <= 1 && in_tolerances(dx) <= kNear) return leave(dx);
+    if (residual <= 1 && (dx.size() == 0 || in_tolerances(dx).maxCoeff() <= kNear)) return;
     const Eigen::VectorXd from = x;
     const std::vector<double> from_positions = positions;
     const MapValue before = value;

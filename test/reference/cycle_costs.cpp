@@ -119,8 +119,8 @@ TEST_CASE("cycle costs: second derivatives follow the cycle", "[cycle][walker]")
     CHECK(by_differences.error <= 1e-4);
     CHECK(most <= (2 * by_differences.error + 1e-6) * size);
     CHECK(h.asymmetry <= 1e-5);
-    // Stiff touches make ten times as much of the tolerance as rigid ones, in adjoints most of all: 1.1e-5 at rtol 1e-10.
-    // At a tenth of it a tenth is left, and of this gradient some 6e-7.
+    // Stiff touches make ten times as much of the tolerance as rigid ones, in adjoints most of all: 1.1e-5 at rtol
+    // 1e-10. At a tenth of it a tenth is left, and of this gradient some 6e-7.
     Problem tight = p;
     tight.solver.rtol *= 0.1;
     CHECK(off(p, h.gradient, gradient(tight, "cvodes-adjoint", rho).gradient) <= 2e-6);

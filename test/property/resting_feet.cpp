@@ -276,3 +276,47 @@ TEST_CASE("resting feet: a plate that is lifted at one end", "[events]") {
   }
   CHECK(std::abs(psi[0] - psi[1]) <= 1e-6);
 }
+
+// Of two bodies on two feet each that a pin joins who bears how much is not determined, either: with like friction they
+// slow down by mu g, with unlike the motion is open, also to penalty, which has shares of its own.
+TEST_CASE("resting feet: two bodies that a pin joins, with friction that is unlike", "[events]") {
+  const auto train = [](double other) {
+    std::string scene = "[gravity]\ny_m_per_s2 = -10\n";
+    for (const int b : {0, 1}) {
+      scene += fmt::format(
+          "[body.b{0}]\nx_m = {0}\ny_m = 0.1\nangle_rad = 0\nvx_m_per_s = 1\nmass_kg = 2\ninertia_kg_m2 = 0.05\n", b);
+      for (const int side : {-1, 1})
+        scene += fmt::format(
+            "[point.p{0}{1}]\non = \"b{0}\"\nx_m = {2}\ny_m = -0.1\n"
+            "[contact.c{0}{1}]\nkind = \"rigid\"\npoint = \"p{0}{1}\"\nclosed = true\nsliding = \"forward\"\n"
+            "friction = \"coulomb\"\nfriction_coefficient = {3}\n",
+            b, (side + 1) / 2, 0.3 * side, side < 0 ? other : 0.2);
+    }
+    scene += R"toml([point.pa]
+on = "b0"
+x_m = 0.5
+y_m = 0
+[point.pb]
+on = "b1"
+x_m = -0.5
+y_m = 0
+[revolute.p]
+points = ["pa", "pb"]
+[start]
+given = ["b0.x"]
+given_velocities = ["b0.x"]
+[run]
+t_end_s = 0.2
+rtol = 1e-9
+formulation = "penalty"
+parameters = ["body.b0.mass_kg"]
+[[cost.terminal]]
+kind = "value"
+output = "b0.x"
+)toml";
+    return make_problem(Scene::parse(scene, "train.toml"));
+  };
+  const Problem like = train(0.2), unlike = train(0.3);
+  CHECK(std::abs(simulate(like, like.parameters.values()).psi - 0.16) <= 1e-6);
+  CHECK_THROWS_WITH(simulate(unlike, unlike.parameters.values()), Catch::Contains("the motion is not determined"));
+}

@@ -29,6 +29,31 @@ constexpr double kDepends = 1e-10;
 // Of the acceleration by one share of friction: less is left by others of directions that are one, and that errors
 // turn; of errors that turn by this nothing is said.
 constexpr double kTellsApart = 1e-5, kOfErrors = 30, kTellsAll = 0.1;
+constexpr double kHeldByOthers = 1e-6;
+
+double number_of(const WatchedContact& c, int k, const Assembly& assembly) {
+  return assembly.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
+}
+/// The velocity of a contact that slides, w in space.
+VectorXd slip_of(const WatchedContact& c, const StateView& s, const Assembly& assembly) {
+  VectorXd w(c.contact->row_count() - 1);
+  for (Index k = 0; k < w.size(); ++k)
+    w[k] = row_of(*c.force, *c.contact, 1 + static_cast<int>(k), s, assembly, nullptr).c1 +
+           (slides_in_space(c) ? s.z[c.sliding_state + 1 + k] : 0);
+  return w;
+}
+/// The way in which it does, a unit vector, of the plane by its state.
+VectorXd way_of(const WatchedContact& c, const StateView& s, const Assembly& assembly) {
+  if (!slides_in_space(c)) return VectorXd::Constant(1, s.z[c.sliding_state]);
+  const VectorXd w = slip_of(c, s, assembly);
+  return w.norm() > 0 ? VectorXd(w.normalized()) : w;
+}
+/// Its rows along the ground.
+std::vector<int> rows_along(const WatchedContact& c) {
+  std::vector<int> rows;
+  for (int k = 1; k < c.contact->row_count(); ++k) rows.push_back(c.first_row + k);
+  return rows;
+}
 
 /// All changes of the columns' amounts that add up to nothing: orthonormal.
 MatrixXd null_space(const MatrixXd& columns) {
@@ -108,7 +133,7 @@ const RestingContacts::Held* RestingContacts::find(int contact, const StateView&
   return nullptr;
 }
 
-// What slides has its friction in the row of its gap, and rows along the ground that hold nothing.
+// What slides has rows along the ground, lambda_k = -mu lambda_n sigma_k: they go with that of its gap.
 std::vector<int> RestingContacts::rows_of_part(int part, const StateView& s) const {
   std::vector<int> rows;
   for (int i = 0; i < assembly_.m(); ++i) {
@@ -148,7 +173,14 @@ std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const
                                                                  ImpulseBalance& balance) const {
   balance.prepare(s);
   const std::vector<int> rows = rows_of_part(part, s);
-  const MatrixXd by_row = by_rows(assembly_.reaction_jacobian(), rows, coordinates_of_part(part));
+  const std::vector<int> coordinates = coordinates_of_part(part);
+  MatrixXd by_row = by_rows(assembly_.reaction_jacobian(), rows, coordinates);
+  for (const WatchedContact& c : contacts_)
+    if (const auto at = std::find(rows.begin(), rows.end(), c.first_row);
+        at != rows.end() && is_closed(c, s) && slides(c, s))
+      by_row.col(at - rows.begin()) -= number_of(c, c.contact->friction_number(), assembly_) *
+                                       by_rows(assembly_.reaction_jacobian(), rows_along(c), coordinates) *
+                                       way_of(c, s, assembly_);
   const MatrixXd all = null_space(by_row);
   if (all.cols() == 0) return {};
   struct Member {
@@ -213,21 +245,15 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
   for (const int part : parts) {
     std::vector<double> modes;
     std::vector<const WatchedContact*> sliding;
-    std::vector<Eigen::Vector2d> along;  // of these, in space
     double slowest = std::numeric_limits<double>::infinity();
     for (const WatchedContact& c : contacts_) {
       if (c.part != part || c.first_row < 0) continue;
       modes.push_back(!is_closed(c, s) ? 0 : slides(c, s) ? 2 : 1);
       if (modes.back() != 2) continue;
       sliding.push_back(&c);
-      double w[2] = {0, 0};
-      for (int k = 0; k < c.contact->row_count() - 1; ++k)
-        w[k] = row_of(*c.force, *c.contact, 1 + k, s, assembly_, nullptr).c1 +
-               (slides_in_space(c) ? s.z[c.sliding_state + 1 + k] : 0);
-      const double size = std::hypot(w[0], w[1]);
-      along.emplace_back(size > 0 ? Eigen::Vector2d(w[0] / size, w[1] / size) : Eigen::Vector2d(0, 0));
       // What has just begun has its direction by its offset, without an error.
-      if (only < 0 || size > 2 * kSlidingOffset) slowest = std::min(slowest, size);
+      const double speed = slip_of(c, s, assembly_).norm();
+      if (only < 0 || speed > 2 * kSlidingOffset) slowest = std::min(slowest, speed);
     }
     const double tells_apart = kTellsApart + kOfErrors * error / slowest;
     if (modes.size() < 2 || !(tells_apart < kTellsAll)) continue;
@@ -238,16 +264,11 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
     const MatrixXd held = by_rows(assembly_.phi_q, rows, coordinates), none = null_space(held);
     depend_[{part, std::move(modes)}] = none.cols() > 0;
     if (none.cols() == 0) continue;
-    MatrixXd friction = by_rows(assembly_.reaction_jacobian(), rows, coordinates) - held;
-    // In space rows along the ground have it, lambda_k = -mu lambda_n sigma_k.
-    for (std::size_t c = 0; c < sliding.size(); ++c) {
-      const WatchedContact& of = *sliding[c];
-      if (!slides_in_space(of)) continue;
-      const int number = of.force->numbers()[static_cast<std::size_t>(of.contact->friction_number())];
-      const MatrixXd rough = by_rows(assembly_.reaction_jacobian(), {of.first_row + 1, of.first_row + 2}, coordinates);
-      friction.col(std::find(rows.begin(), rows.end(), of.first_row) - rows.begin()) -=
-          assembly_.numbers()[static_cast<std::size_t>(number)] * rough * along[c];
-    }
+    MatrixXd friction = MatrixXd::Zero(held.rows(), held.cols());
+    for (const WatchedContact* c : sliding)
+      friction.col(std::find(rows.begin(), rows.end(), c->first_row) - rows.begin()) -=
+          number_of(*c, c->contact->friction_number(), assembly_) *
+          by_rows(assembly_.reaction_jacobian(), rows_along(*c), coordinates) * way_of(*c, s, assembly_);
     const auto acceleration = [&](const VectorXd& force) {
       std::vector<double> b(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
       for (std::size_t j = 0; j < coordinates.size(); ++j)
@@ -255,14 +276,20 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
       balance.solve(b.data());
       return VectorXd(Eigen::Map<const VectorXd>(b.data(), assembly_.n()));
     };
-    // What each share of one newton does by itself.
-    double alone = 0;
+    // What each share of one newton does by itself; what others hold does next to nothing, of what it would do to the
+    // largest inertia.
+    double alone = 0, inertia = 0;
+    for (const int j : coordinates)
+      if (const auto at = assembly_.square().find(j, j); at >= 0)
+        inertia = std::max(inertia, std::abs(assembly_.M[static_cast<std::size_t>(at)]));
     MatrixXd each(assembly_.n(), friction.cols());
     for (Index i = 0; i < friction.cols(); ++i) {
       each.col(i) = friction.col(i).isZero(0) ? VectorXd(VectorXd::Zero(assembly_.n())) : acceleration(friction.col(i));
       alone = std::max(alone, each.col(i).norm());
     }
-    if (!((each * none).norm() > tells_apart * alone)) continue;
+    if (!(alone * inertia > kHeldByOthers * friction.cwiseAbs().maxCoeff()) ||
+        !((each * none).norm() > tells_apart * alone))
+      continue;
     std::vector<std::string> names;
     for (const WatchedContact* c : sliding) names.push_back(c->force->path());
     throw SolverError(fmt::format(

@@ -11,11 +11,13 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/plate_feet.h"
 #include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
 using costate::test::check_ways;
+using costate::test::foot_of_plate;
 using costate::test::MethodWay;
 using costate::test::with_words;
 
@@ -99,11 +101,7 @@ Problem slide_plate(const std::vector<double>& frictions, double turns, double e
   const double places[4][2] = {{0.2, 0}, {-0.1, 0.15}, {-0.1, -0.15}, {-0.2, 0}};
   std::string scene = with_words(plate, {{"TURNS", fmt::format("{}", turns)}, {"END", fmt::format("{}", end)}});
   for (std::size_t i = 0; i < frictions.size(); ++i)
-    scene += fmt::format(
-        "[point.p{0}]\non = \"plate\"\nx_m = {1}\ny_m = {2}\nz_m = -0.1\n"
-        "[contact.c{0}]\nkind = \"rigid\"\npoint = \"p{0}\"\nclosed = true\nsliding = \"forward\"\n"
-        "friction = \"coulomb\"\nfriction_coefficient = {3}\n",
-        i, places[i][0], places[i][1], frictions[i]);
+    scene += foot_of_plate(i, places[i][0], places[i][1], -0.1, frictions[i], "sliding = \"forward\"\n");
   return make_problem(Scene::parse(scene, "plate.toml"));
 }
 

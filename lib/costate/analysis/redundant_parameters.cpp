@@ -58,14 +58,14 @@ class Positions {
 
   /// The constraint Jacobian at q, of rows that hold positions, with Phi and the parameters' columns left in the
   /// assembly. A foot sticks where it is, wherever a parameter has it: its rows hold rates alone.
-  Eigen::MatrixXd jacobian(double t, const Eigen::VectorXd& q) {
+  const Eigen::MatrixXd& jacobian(double t, const Eigen::VectorXd& q) {
     StateView s = start_.state(t);
     s.q = q.data();
     s.v = s.a = rest_.data();
     s.lambda = rest_.data() + assembly_.n();
     assembly_.calc_dynamics(s);
     assembly_.calc_parameter_columns(s, columns_);
-    Eigen::MatrixXd phi_q = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+    phi_q_ = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
     held_ = 0;
     all_changes_ = columns_.phi;
     for (int i = 0; i < assembly_.m(); ++i) {
@@ -73,11 +73,11 @@ class Positions {
         ++held_;
         continue;
       }
-      phi_q.row(i).setZero();
+      phi_q_.row(i).setZero();
       columns_.phi.row(i).setZero();
       assembly_.phi[static_cast<std::size_t>(i)] = 0;
     }
-    return phi_q;
+    return phi_q_;
   }
   /// Leads q to the nearest positions at time t, by Newton steps of least norm. False where there are none near.
   bool close(double t, Eigen::VectorXd& q) {
@@ -98,7 +98,7 @@ class Positions {
 
   /// Throws where redundant rows do not allow what a parameter does at q; returns whether any are redundant there.
   bool require(double t, const Eigen::VectorXd& q) {
-    const Eigen::MatrixXd phi_q = jacobian(t, q);
+    const Eigen::MatrixXd& phi_q = jacobian(t, q);
     factors_.setThreshold(kRankOn);
     factors_.compute(phi_q);
     if (factors_.rank() == held_) return false;
@@ -109,16 +109,15 @@ class Positions {
     return true;
   }
 
-  /// What the rows leave free of d at q, where require() has looked last.
-  Eigen::VectorXd free_part(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& d) {
-    return d - factors_.solve(Eigen::VectorXd(jacobian(t, q) * d));
-  }
+  /// What the rows leave free of d, where require() has looked last.
+  Eigen::VectorXd free_part(const Eigen::VectorXd& d) const { return d - factors_.solve(phi_q_ * d); }
 
  private:
   Assembly& assembly_;
   const Start& start_;
   Eigen::VectorXd rest_;
   Assembly::ParameterColumns columns_;
+  Eigen::MatrixXd phi_q_;        // of the last look
   Eigen::MatrixXd all_changes_;  // of rows that hold rates alone, too
   Eigen::Index held_ = 0;
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors_;
@@ -163,7 +162,7 @@ void require_compatible_parameters(Assembly& assembly, double t, double t_end) {
   const StepLength length(assembly, start.q);
   Eigen::VectorXd d(n);
   for (int i = 0; i < n; ++i) d[i] = std::cos(2.4 * i + 0.3) / std::max(length.weights()[i], 1e-300);
-  d = positions.free_part(t, start.q, d);
+  d = positions.free_part(d);
   const double size = length(d);
   if (size > kIsClosed) {
     Eigen::VectorXd q = start.q + kLooksBeside / size * d;

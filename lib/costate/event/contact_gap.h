@@ -20,6 +20,12 @@ inline constexpr double kGapRounding = 1e-10;
 // step, and are off by as much.
 inline constexpr double kAtGround = 1e-7;
 
+/// A contact's own number k, or 0 where it has none, k = -1. Contact: has force.
+template <class Contact>
+double contact_number(const Contact& c, int k, const Assembly& assembly) {
+  return k < 0 ? 0 : assembly.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
+}
+
 /// The largest of the force's own coordinates, which parts of the coordinates are taken of.
 inline double largest_coordinate(const Force& force, const StateView& s) {
   double largest = 0;

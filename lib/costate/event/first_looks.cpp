@@ -37,7 +37,7 @@ void MotionEvents::begin(const StateView& at) {
   // Of a contact that cannot stick, or is pulled, at the start beside others of its body that are closed.
   const auto shared = [&](const GuardOf& g) -> std::string {
     if (g.contact < 0 || contacts_[static_cast<std::size_t>(g.contact)].sliding_state < 0) return {};
-    if (!sharing(g, s).empty()) return " All that stick on one body were counted together.";
+    if (!sharing(g, s).empty() || held(g, s)) return " All that stick on one body were counted together.";
     const ContactOf& own = contacts_[static_cast<std::size_t>(g.contact)];
     const ContactOf* other = nullptr;
     std::size_t count = 1;

@@ -111,7 +111,8 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
     return false;
   }
   if (friction_falls(of(event))) return false;
-  if (const auto* together = held(of(event), before, true); together && together->shares_weight())
+  const bool begins = contact_guard(event) != Guard::release;
+  if (const auto* together = begins ? held(of(event), before, true) : nullptr; together && together->shares_weight())
     notice(fmt::format(
         "At '{}' more contacts begin to slide than determine who bears how much of a weight. They slide alike, so that "
         "the motion is determined; by parameters that make them unlike (one contact's friction, what turns a body) psi "

@@ -68,7 +68,7 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
         g.gap.emplace(force, *gaps, gaps->gap_of_guard(g.k));
   }
   shared_.resize(guards_.size());
-  resting_.emplace(assembly, contacts_);
+  shares_.emplace(assembly, contacts_);
   if (!guards_.empty()) length_ = length_size(mech);
 }
 
@@ -145,7 +145,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
     const StateView last = states(to);  // not kept: the look at it is the last one, and a level goes on from there
     for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
     if (impact_)
-      resting_->require_determined(last, impact_->balance(), slip_error_.relative * fastest_ + slip_error_.absolute);
+      shares_->require_determined(last, impact_->balance(), slip_error_.relative * fastest_ + slip_error_.absolute);
   }
   const bool anew = !(from == looked_until_);
   choose_looks(from, to, placed);

@@ -18,9 +18,10 @@
 #include "costate/assembly/gathered_state.h"
 #include "costate/assembly/variation.h"
 #include "costate/element/guarded_force.h"
+#include "costate/event/contact_gap.h"
+#include "costate/event/contact_shares.h"
 #include "costate/event/impact.h"
 #include "costate/event/reaction_slope.h"
-#include "costate/event/resting_contacts.h"
 #include "costate/event/watched_guard.h"
 #include "costate/objective/output.h"
 
@@ -30,7 +31,7 @@ class MotionEvents {
  public:
   /// Of the mechanism's forces, with the numbers that the assembly has.
   explicit MotionEvents(Assembly& assembly);
-  MotionEvents(const MotionEvents&) = delete;  // resting_ holds the contacts
+  MotionEvents(const MotionEvents&) = delete;  // shares_ holds the contacts
 
   static bool has_any(const Mechanism& mechanism);
   /// Throws CapabilityError where there are any: for runs that are not carried across ("fixed steps").
@@ -262,9 +263,7 @@ class MotionEvents {
   }
   /// Whether velocities jump: where a gap closes, and where a slip in space ends, by what is left of it.
   bool has_impulse(int event) const;
-  double number(const ContactOf& c, int k) const {
-    return k < 0 ? 0 : assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
-  }
+  double number(const ContactOf& c, int k) const { return contact_number(c, k, assembly_); }
   UnilateralForce::Guard contact_guard(int event) const { return contact_of(event)->contact->guard_kind(of(event).k); }
   // In event/contact_modes.cpp.
   /// cross() of a rigid contact's event.
@@ -282,14 +281,14 @@ class MotionEvents {
   /// A run begins at this state: that what slides there can.
   void require_sliding(const StateView& s);
   // In event/resting_together.cpp.
-  /// With whom its contact shares what it holds (event/resting_contacts.h), of a guard of multipliers in space, where
+  /// With whom its contact shares what it holds (event/contact_shares.h), of a guard of multipliers in space, where
   /// the state's own shares are not within their limits, or `anyhow`; else null.
-  const RestingContacts::Held* held(const GuardOf& g, const StateView& s, bool anyhow = false);
+  const ContactShares::Held* held(const GuardOf& g, const StateView& s, bool anyhow = false);
   /// Of a contact that lets go or begins to slide at this state: what it does from there on, and what those do with
   /// which it shares what it holds, by their best shares; z with that. Returns those that begin to slide.
   std::vector<const ContactOf*> let_go(const GuardOf& g, const StateView& sticking, std::vector<double>& z);
   /// Of what lets go together the guard's derivatives by multipliers; h_rho_ := those by parameters.
-  Eigen::VectorXd linearize_held(const RestingContacts::Held& together);
+  Eigen::VectorXd linearize_held(const ContactShares::Held& together);
   // In event/contact_impact.cpp.
   /// Solves for the impact at the event: jump_, and which contacts are closed behind it.
   void strike(int event, const StateView& before);
@@ -366,7 +365,7 @@ class MotionEvents {
   std::unique_ptr<Impact> impact_;
   std::unique_ptr<ReactionSlope> reactions_;  // made where it is asked
   std::vector<ContactOf> contacts_;
-  std::optional<RestingContacts> resting_;
+  std::optional<ContactShares> shares_;
   struct SharedFriction {
     std::vector<double> modes = {};  // of the contacts of the part, at which `guards` is known
     std::vector<int> guards = {};

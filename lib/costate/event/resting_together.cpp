@@ -14,8 +14,8 @@ namespace {
 constexpr double kTakesPart = 1e-4;
 }  // namespace
 
-const RestingContacts::Held* MotionEvents::held(const GuardOf& g, const StateView& s, bool anyhow) {
-  return by_multipliers(g) && impact_ ? resting_->find(g.contact, s, impact_->balance(), anyhow) : nullptr;
+const ContactShares::Held* MotionEvents::held(const GuardOf& g, const StateView& s, bool anyhow) {
+  return by_multipliers(g) && impact_ ? shares_->find(g.contact, s, impact_->balance(), anyhow) : nullptr;
 }
 
 std::vector<const WatchedContact*> MotionEvents::let_go(const GuardOf& g, const StateView& sticking,
@@ -72,7 +72,7 @@ std::vector<const WatchedContact*> MotionEvents::let_go(const GuardOf& g, const 
   return begin;
 }
 
-Eigen::VectorXd MotionEvents::linearize_held(const RestingContacts::Held& together) {
+Eigen::VectorXd MotionEvents::linearize_held(const ContactShares::Held& together) {
   Eigen::VectorXd by_multipliers = Eigen::VectorXd::Zero(assembly_.m());
   // Best shares: what the others bear changes them by nothing.
   std::fill(h_rho_.begin(), h_rho_.end(), 0.0);

@@ -24,9 +24,7 @@ SlipSearch search_from_rest(Impact& impact, const Assembly& assembly, const Stat
   for (std::size_t c = 0; c < closed.size(); ++c) {
     const Contact& of = *closed[c];
     SlidingContact at;
-    const int number = of.contact->friction_number();
-    if (number >= 0)
-      at.friction = assembly.numbers()[static_cast<std::size_t>(of.force->numbers()[static_cast<std::size_t>(number)])];
+    at.friction = contact_number(of, of.contact->friction_number(), assembly);
     double w[2] = {};
     for (int r = 0; r < of.contact->row_count(); ++r) {
       at.rows.push_back(static_cast<int>(rows.size()));

@@ -73,12 +73,7 @@ std::vector<char> MotionEvents::stopping(int event, const StateView& before) {
   const ContactOf& own = *contact_of(event);
   stops[static_cast<std::size_t>(of(event).contact)] = 1;
   if (!stops_in_space(of(event))) return stops;
-  const auto speed = [&](const ContactOf& c) {
-    double w[2];
-    for (int k = 0; k < 2; ++k)
-      w[k] = row_of(*c.force, *c.contact, 1 + k, before, assembly_, nullptr).c1 + before.z[c.sliding_state + 1 + k];
-    return std::hypot(w[0], w[1]);
-  };
+  const auto speed = [&](const ContactOf& c) { return slip_of(c, before, assembly_).norm(); };
   const double slow = std::max(kAsSlow * speed(own), kStopsWith);
   const auto slips = [&](std::size_t i) {
     const ContactOf& c = contacts_[i];

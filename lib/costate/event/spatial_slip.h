@@ -1,9 +1,11 @@
 // What contacts that may slide in space need beside those of the plane (element/switched_rows.h).
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 
 #include "costate/element/force/rigid_contact.h"
+#include "costate/event/contact_gap.h"
 
 namespace costate {
 
@@ -11,6 +13,16 @@ namespace costate {
 template <class Contact>
 bool slides_in_space(const Contact& c) {
   return c.sliding_state >= 0 && c.contact->row_count() == 3;
+}
+
+/// Its velocity along the ground, in space with the offset: w.
+template <class Contact>
+Eigen::VectorXd slip_of(const Contact& c, const StateView& s, const Assembly& assembly) {
+  Eigen::VectorXd w(c.contact->row_count() - 1);
+  for (int k = 0; k < w.size(); ++k)
+    w[k] = row_of(*c.force, *c.contact, 1 + k, s, assembly, nullptr).c1 +
+           (slides_in_space(c) ? s.z[c.sliding_state + 1 + k] : 0);
+  return w;
 }
 
 /// The offset of its velocity, behind the state `sliding` of z: none.

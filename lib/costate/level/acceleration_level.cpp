@@ -72,6 +72,19 @@ void AccelerationLevel::find_giving_rows() {
   for (std::size_t c = 0; c < mech.constraints().size(); ++c)
     if (dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get()))
       on_body[mech.constraints()[c]->coordinates()].push_back(c);
+  std::vector<GivingRow> giving(static_cast<std::size_t>(assembly_.m()));
+  bool any = false;
+  for (const auto& [coordinates, contacts] : on_body)
+    for (const std::size_t c : contacts)
+      for (int i = 0; i < mech.constraints()[c]->rows(); ++i) {
+        GivingRow& row = giving[static_cast<std::size_t>(mech.row_offsets()[c] + i)];
+        for (const std::size_t other : contacts)
+          if (other != c && i < mech.constraints()[other]->rows()) row.others.push_back(mech.row_offsets()[other] + i);
+        const int determine = i > 0 ? 1 : coordinates.size() > 3 ? 3 : 2;
+        if (static_cast<int>(row.others.size()) >= determine) row.too_many = determine;
+        any = any || row.too_many > 0;
+      }
+  if (!any) return;
   // By the body's own mass: rows of its Euler parameters, whose inertias are of another unit, have no say.
   Assembly first(assembly_.mechanism_ptr(), ParameterSelection{});
   const std::vector<double> q = mech.first_positions();
@@ -86,23 +99,13 @@ void AccelerationLevel::find_giving_rows() {
         mass = std::max(mass, std::abs(first.M[static_cast<std::size_t>(at)]));
     return mass;
   };
-  std::vector<GivingRow> giving(static_cast<std::size_t>(assembly_.m()));
-  bool any = false;
-  for (const auto& [coordinates, contacts] : on_body)
-    for (const std::size_t c : contacts) {
-      const double mass = mass_of(coordinates);
-      for (int i = 0; i < mech.constraints()[c]->rows(); ++i) {
-        GivingRow& row = giving[static_cast<std::size_t>(mech.row_offsets()[c] + i)];
-        for (const std::size_t other : contacts)
-          if (other != c && i < mech.constraints()[other]->rows()) row.others.push_back(mech.row_offsets()[other] + i);
-        const int determine = i > 0 ? 1 : coordinates.size() > 3 ? 3 : 2;
-        if (static_cast<int>(row.others.size()) >= determine) row.too_many = determine;
-        row.inverse_alpha =
-            kGives / (mass > 0 ? kPenaltyStiffness * mass : default_penalty_weight(assembly_.mechanism_ptr()));
-        any = any || row.too_many > 0;
-      }
-    }
-  if (!any) return;
+  for (const auto& [coordinates, contacts] : on_body) {
+    const double mass = mass_of(coordinates),
+                 weight = mass > 0 ? kPenaltyStiffness * mass : default_penalty_weight(assembly_.mechanism_ptr());
+    for (const std::size_t c : contacts)
+      for (int i = 0; i < mech.constraints()[c]->rows(); ++i)
+        giving[static_cast<std::size_t>(mech.row_offsets()[c] + i)].inverse_alpha = kGives / weight;
+  }
   giving_rows_ = std::move(giving);
 }
 

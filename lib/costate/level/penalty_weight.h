@@ -9,9 +9,10 @@
 
 namespace costate {
 
+/// Of the weight, times the largest mass that a row moves.
+inline constexpr double kPenaltyStiffness = 2e8;
 /// lib/README.md (4.5), at the scene's own numbers and first positions, so that it varies neither along the motion nor
 /// with the parameters, and follows the units and sizes of the scene.
-inline constexpr double kPenaltyStiffness = 2e8;  // of it, times the largest mass that a row moves
 double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism);
 
 /// penalty_xi, penalty_omega_rad_per_s and penalty_alpha.

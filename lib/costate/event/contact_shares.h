@@ -1,7 +1,7 @@
-// Contacts in space of which several stick on what they hold, so that who bears how much of its friction is not
-// determined: groups of them, and what the best shares leave to their limits (event/resting_shares.h). They rest as
-// long as any shares within all cones hold them, and what the best shares have at its limit there begins to slide, or
-// to open, in one instant.
+// Who bears how much, where contacts hold what they hold more often than it takes. In space those that stick rest as
+// long as any shares within all cones of friction hold them, and what the best shares (event/resting_shares.h) have at
+// its limit there begins to slide, or to open, in one instant: groups of them. And of what slides, in space and in the
+// plane, whether shares that are not determined leave the motion open.
 #pragma once
 
 #include <map>
@@ -16,10 +16,10 @@
 
 namespace costate {
 
-class RestingContacts {
+class ContactShares {
  public:
   /// Of these contacts; both live longer.
-  RestingContacts(Assembly& assembly, const std::vector<WatchedContact>& contacts);
+  ContactShares(Assembly& assembly, const std::vector<WatchedContact>& contacts);
 
   struct Group {
     std::vector<int> contacts;
@@ -55,12 +55,14 @@ class RestingContacts {
   /// How many of its rows have a multiplier of their own.
   int rows_of(const WatchedContact& c, const StateView& s) const { return slides(c, s) ? 1 : c.contact->row_count(); }
   RestingCone cone_of(const WatchedContact& c, const StateView& s, int first) const;
-  /// Rows of the part that have a multiplier, where the assembly is at the state.
+  /// Of the part's contacts whether they are open, stick or slide.
+  std::vector<char> modes_of(int part, const StateView& s) const;
+  /// Rows of the part that have a multiplier of their own, where the assembly is at the state: those along which
+  /// contacts slide go with those of their gaps.
   std::vector<int> rows_of_part(int part, const StateView& s) const;
-  std::vector<int> coordinates_of_part(int part) const;
-  /// Columns of values on the constraint Jacobian's pattern, of these rows and coordinates.
-  Eigen::MatrixXd by_rows(const std::vector<double>& values, const std::vector<int>& rows,
-                          const std::vector<int>& coordinates) const;
+  std::vector<int> coordinates_of(int part) const;
+  /// What goes with a multiplier of these rows (coordinates of the part x rows): friction of contacts that slide.
+  Eigen::MatrixXd friction_of(int part, const StateView& s, const std::vector<int>& rows) const;
   std::vector<Group> find_groups(int part, const StateView& s, ImpulseBalance& balance) const;
 
   Assembly& assembly_;
@@ -70,12 +72,12 @@ class RestingContacts {
   // Groups of one part where its contacts do this and are here, with these numbers.
   struct {
     int part = -1;
-    std::vector<double> modes, places, numbers;
+    std::vector<char> modes;
+    std::vector<double> places, numbers;
     std::vector<Group> groups;
   } known_;
-  std::vector<double> modes_, places_;
   // Of a part whose contacts do this its rows depend on each other.
-  std::map<std::pair<int, std::vector<double>>, bool> depend_;
+  std::map<std::pair<int, std::vector<char>>, bool> depend_;
   std::optional<Held> held_;
   Eigen::VectorXd shared_;  // of these forces
 };

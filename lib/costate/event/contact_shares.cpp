@@ -1,4 +1,4 @@
-#include "costate/event/resting_contacts.h"
+#include "costate/event/contact_shares.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +13,7 @@
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/spatial_slip.h"
+#include "costate/linear/to_dense.h"
 #include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
@@ -29,20 +30,10 @@ constexpr double kDepends = 1e-10;
 // Of the acceleration by one share of friction: less is left by others of directions that are one, and that errors
 // turn; of errors that turn by this nothing is said.
 constexpr double kTellsApart = 1e-5, kOfErrors = 30, kTellsAll = 0.1;
+// Of what a share would do to the largest inertia: less is what rows that hold a body give.
 constexpr double kHeldByOthers = 1e-6;
 
-double number_of(const WatchedContact& c, int k, const Assembly& assembly) {
-  return assembly.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
-}
-/// The velocity of a contact that slides, w in space.
-VectorXd slip_of(const WatchedContact& c, const StateView& s, const Assembly& assembly) {
-  VectorXd w(c.contact->row_count() - 1);
-  for (Index k = 0; k < w.size(); ++k)
-    w[k] = row_of(*c.force, *c.contact, 1 + static_cast<int>(k), s, assembly, nullptr).c1 +
-           (slides_in_space(c) ? s.z[c.sliding_state + 1 + k] : 0);
-  return w;
-}
-/// The way in which it does, a unit vector, of the plane by its state.
+/// The way in which a contact slides, a unit vector, of the plane by its state.
 VectorXd way_of(const WatchedContact& c, const StateView& s, const Assembly& assembly) {
   if (!slides_in_space(c)) return VectorXd::Constant(1, s.z[c.sliding_state]);
   const VectorXd w = slip_of(c, s, assembly);
@@ -64,7 +55,7 @@ MatrixXd null_space(const MatrixXd& columns) {
 }
 }  // namespace
 
-RestingContacts::RestingContacts(Assembly& assembly, const std::vector<WatchedContact>& contacts)
+ContactShares::ContactShares(Assembly& assembly, const std::vector<WatchedContact>& contacts)
     : assembly_(assembly), contacts_(contacts) {
   const auto in_space = [](const WatchedContact& c) { return slides_in_space(c); };
   several_in_space_ = std::count_if(contacts.begin(), contacts.end(), in_space) > 1;
@@ -78,42 +69,34 @@ RestingContacts::RestingContacts(Assembly& assembly, const std::vector<WatchedCo
           part_of_coordinate_[static_cast<std::size_t>(j)];
 }
 
-bool RestingContacts::Held::shares_weight() const {
+bool ContactShares::Held::shares_weight() const {
   return std::any_of(group->cones.begin(), group->cones.end(),
                      [&](const RestingCone& c) { return group->moves_nothing.row(c.first).norm() > kNoPart; });
 }
 
-RestingCone RestingContacts::cone_of(const WatchedContact& c, const StateView& s, int first) const {
-  const int number = c.contact->sticking_number();
-  const bool rough = number >= 0 && rows_of(c, s) > 1;
-  return {
-      first, rows_of(c, s),
-      rough ? assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(number)])] : 0};
+RestingCone ContactShares::cone_of(const WatchedContact& c, const StateView& s, int first) const {
+  const int count = rows_of(c, s);
+  return {first, count, count > 1 ? contact_number(c, c.contact->sticking_number(), assembly_) : 0};
 }
 
-const RestingContacts::Held* RestingContacts::find(int contact, const StateView& s, ImpulseBalance& balance,
-                                                   bool anyhow) {
+const ContactShares::Held* ContactShares::find(int contact, const StateView& s, ImpulseBalance& balance, bool anyhow) {
   if (!several_in_space_ || !s.lambda) return nullptr;
   const WatchedContact& own = contacts_[static_cast<std::size_t>(contact)];
   if (own.first_row < 0 || !is_closed(own, s)) return nullptr;
   bool in_space = false, within = true;
-  modes_.clear();
   for (const WatchedContact& c : contacts_) {
-    if (c.part != own.part || c.first_row < 0) continue;
-    const bool closed = is_closed(c, s);
-    modes_.push_back(!closed ? 0 : slides(c, s) ? 2 : 1);
-    in_space = in_space || (closed && slides_in_space(c));
-    if (!closed) continue;
+    if (c.part != own.part || c.first_row < 0 || !is_closed(c, s)) continue;
+    in_space = in_space || slides_in_space(c);
     const VectorXd forces = -Eigen::Map<const VectorXd>(s.lambda + c.first_row, c.contact->row_count());
     within = within && margin_of(cone_of(c, s, 0), forces) > 0;
   }
   if (!in_space || (within && !anyhow)) return nullptr;
-  places_.clear();
-  for (int i = 0; i < assembly_.n(); ++i)
-    if (part_of_coordinate_[static_cast<std::size_t>(i)] == own.part) places_.push_back(s.q[i]);
-  if (known_.part != own.part || known_.modes != modes_ || known_.places != places_ ||
+  std::vector<char> modes = modes_of(own.part, s);
+  std::vector<double> places;
+  for (const int j : coordinates_of(own.part)) places.push_back(s.q[j]);
+  if (known_.part != own.part || known_.modes != modes || known_.places != places ||
       known_.numbers != assembly_.numbers()) {
-    known_ = {own.part, modes_, places_, assembly_.numbers(), find_groups(own.part, s, balance)};
+    known_ = {own.part, std::move(modes), std::move(places), assembly_.numbers(), find_groups(own.part, s, balance)};
     held_.reset();
   }
   for (const Group& g : known_.groups) {
@@ -133,54 +116,53 @@ const RestingContacts::Held* RestingContacts::find(int contact, const StateView&
   return nullptr;
 }
 
-// What slides has rows along the ground, lambda_k = -mu lambda_n sigma_k: they go with that of its gap.
-std::vector<int> RestingContacts::rows_of_part(int part, const StateView& s) const {
+std::vector<char> ContactShares::modes_of(int part, const StateView& s) const {
+  std::vector<char> modes;
+  for (const WatchedContact& c : contacts_)
+    if (c.part == part && c.first_row >= 0) modes.push_back(!is_closed(c, s) ? 0 : slides(c, s) ? 2 : 1);
+  return modes;
+}
+
+std::vector<int> ContactShares::rows_of_part(int part, const StateView& s) const {
   std::vector<int> rows;
   for (int i = 0; i < assembly_.m(); ++i) {
-    const auto idle = [&](const WatchedContact& c) {
+    const auto goes_along = [&](const WatchedContact& c) {
       return c.first_row >= 0 && slides(c, s) && i > c.first_row && i < c.first_row + c.contact->row_count();
     };
     if (part_of_row_[static_cast<std::size_t>(i)] == part && assembly_.is_there(i) &&
-        std::none_of(contacts_.begin(), contacts_.end(), idle))
+        std::none_of(contacts_.begin(), contacts_.end(), goes_along))
       rows.push_back(i);
   }
   return rows;
 }
 
-std::vector<int> RestingContacts::coordinates_of_part(int part) const {
+std::vector<int> ContactShares::coordinates_of(int part) const {
   std::vector<int> coordinates;
   for (int j = 0; j < assembly_.n(); ++j)
     if (part_of_coordinate_[static_cast<std::size_t>(j)] == part) coordinates.push_back(j);
   return coordinates;
 }
 
-MatrixXd RestingContacts::by_rows(const std::vector<double>& values, const std::vector<int>& rows,
-                                  const std::vector<int>& coordinates) const {
-  const SparsePattern& J = assembly_.jacobian();
-  std::vector<int> column(static_cast<std::size_t>(assembly_.m()), -1);
-  for (std::size_t i = 0; i < rows.size(); ++i) column[static_cast<std::size_t>(rows[i])] = static_cast<int>(i);
-  MatrixXd A = MatrixXd::Zero(static_cast<Index>(coordinates.size()), static_cast<Index>(rows.size()));
-  for (std::size_t j = 0; j < coordinates.size(); ++j) {
-    const auto at = static_cast<std::size_t>(coordinates[j]);
-    for (auto k = J.column_start[at]; k < J.column_start[at + 1]; ++k)
-      if (const int c = column[static_cast<std::size_t>(J.row[static_cast<std::size_t>(k)])]; c >= 0)
-        A(static_cast<Index>(j), c) = values[static_cast<std::size_t>(k)];
-  }
-  return A;
-}
-
-std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const StateView& s,
-                                                                 ImpulseBalance& balance) const {
-  balance.prepare(s);
-  const std::vector<int> rows = rows_of_part(part, s);
-  const std::vector<int> coordinates = coordinates_of_part(part);
-  MatrixXd by_row = by_rows(assembly_.reaction_jacobian(), rows, coordinates);
+// lambda_k = -mu lambda_n sigma_k of the rows along the ground.
+MatrixXd ContactShares::friction_of(int part, const StateView& s, const std::vector<int>& rows) const {
+  const std::vector<int> coordinates = coordinates_of(part);
+  const MatrixXd reactions = to_dense(assembly_.jacobian(), assembly_.reaction_jacobian().data());
+  MatrixXd friction = MatrixXd::Zero(static_cast<Index>(coordinates.size()), static_cast<Index>(rows.size()));
   for (const WatchedContact& c : contacts_)
     if (const auto at = std::find(rows.begin(), rows.end(), c.first_row);
         at != rows.end() && is_closed(c, s) && slides(c, s))
-      by_row.col(at - rows.begin()) -= number_of(c, c.contact->friction_number(), assembly_) *
-                                       by_rows(assembly_.reaction_jacobian(), rows_along(c), coordinates) *
-                                       way_of(c, s, assembly_);
+      friction.col(at - rows.begin()) -= contact_number(c, c.contact->friction_number(), assembly_) *
+                                         reactions(rows_along(c), coordinates).transpose() * way_of(c, s, assembly_);
+  return friction;
+}
+
+std::vector<ContactShares::Group> ContactShares::find_groups(int part, const StateView& s,
+                                                             ImpulseBalance& balance) const {
+  balance.prepare(s);
+  const std::vector<int> rows = rows_of_part(part, s);
+  const MatrixXd by_row =
+      to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates_of(part)).transpose() +
+      friction_of(part, s, rows);
   const MatrixXd all = null_space(by_row);
   if (all.cols() == 0) return {};
   struct Member {
@@ -235,7 +217,7 @@ std::vector<RestingContacts::Group> RestingContacts::find_groups(int part, const
 
 // With changes of shares n that do nothing by normal forces, Phi_q^T n = 0, friction that slides does what the
 // friction's part D of the reactions' Jacobian makes of them, D^T n: a, as the constraints leave it.
-void RestingContacts::require_determined(const StateView& s, ImpulseBalance& balance, double error, int only) {
+void ContactShares::require_determined(const StateView& s, ImpulseBalance& balance, double error, int only) {
   if (contacts_.size() < 2) return;
   std::vector<int> parts;
   for (const WatchedContact& c : contacts_)
@@ -243,13 +225,11 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
         std::find(parts.begin(), parts.end(), c.part) == parts.end())
       parts.push_back(c.part);
   for (const int part : parts) {
-    std::vector<double> modes;
+    std::vector<char> modes = modes_of(part, s);
     std::vector<const WatchedContact*> sliding;
     double slowest = std::numeric_limits<double>::infinity();
     for (const WatchedContact& c : contacts_) {
-      if (c.part != part || c.first_row < 0) continue;
-      modes.push_back(!is_closed(c, s) ? 0 : slides(c, s) ? 2 : 1);
-      if (modes.back() != 2) continue;
+      if (c.part != part || c.first_row < 0 || !is_closed(c, s) || !slides(c, s)) continue;
       sliding.push_back(&c);
       // What has just begun has its direction by its offset, without an error.
       const double speed = slip_of(c, s, assembly_).norm();
@@ -260,15 +240,12 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
     const auto known = depend_.find({part, modes});
     if (known != depend_.end() && !known->second) continue;
     balance.prepare(s);
-    const std::vector<int> rows = rows_of_part(part, s), coordinates = coordinates_of_part(part);
-    const MatrixXd held = by_rows(assembly_.phi_q, rows, coordinates), none = null_space(held);
+    const std::vector<int> rows = rows_of_part(part, s), coordinates = coordinates_of(part);
+    const MatrixXd none =
+        null_space(to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates).transpose());
     depend_[{part, std::move(modes)}] = none.cols() > 0;
     if (none.cols() == 0) continue;
-    MatrixXd friction = MatrixXd::Zero(held.rows(), held.cols());
-    for (const WatchedContact* c : sliding)
-      friction.col(std::find(rows.begin(), rows.end(), c->first_row) - rows.begin()) -=
-          number_of(*c, c->contact->friction_number(), assembly_) *
-          by_rows(assembly_.reaction_jacobian(), rows_along(*c), coordinates) * way_of(*c, s, assembly_);
+    const MatrixXd friction = friction_of(part, s, rows);
     const auto acceleration = [&](const VectorXd& force) {
       std::vector<double> b(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
       for (std::size_t j = 0; j < coordinates.size(); ++j)
@@ -276,8 +253,7 @@ void RestingContacts::require_determined(const StateView& s, ImpulseBalance& bal
       balance.solve(b.data());
       return VectorXd(Eigen::Map<const VectorXd>(b.data(), assembly_.n()));
     };
-    // What each share of one newton does by itself; what others hold does next to nothing, of what it would do to the
-    // largest inertia.
+    // What each share of one newton does by itself.
     double alone = 0, inertia = 0;
     for (const int j : coordinates)
       if (const auto at = assembly_.square().find(j, j); at >= 0)

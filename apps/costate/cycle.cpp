@@ -115,6 +115,14 @@ Json cycle_json(const Setup& setup, const CycleResult& r, double wall) {
     j["gradient"] = named(parameters, list(r.psi_rho));
     j["period_gradient"] = named(parameters, list(r.period_rho));
     if (!setup.scene.cycle->travel.empty()) j["speed_gradient"] = named(parameters, list(r.speed_rho()));
+    const auto errors = [&](const char* key, const Eigen::VectorXd& of) {
+      j[key] = of.size() > 0 ? named(parameters, list(of)) : Json(nullptr);
+    };
+    errors("gradient_error", r.psi_rho_error);
+    errors("period_gradient_error", r.period_rho_error);
+    if (!setup.scene.cycle->travel.empty()) errors("speed_gradient_error", r.speed_rho_error);
+    j["fixed_point_gradient_error"] =
+        r.x_rho_error.size() > 0 ? named_rows(r.names, r.x_rho_error, parameters) : Json(nullptr);
     const bool known = r.multiplier_rho.size() > 0;
     j["multiplier_gradient"] = known ? named(parameters, list(r.multiplier_rho)) : Json(nullptr);
     j["multiplier_gradient_error"] = known ? named(parameters, list(r.multiplier_rho_error)) : Json(nullptr);
@@ -175,19 +183,21 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
       if (multiplier) line += fmt::format("  {:>16}", largest);
       return line + "\n";
     };
-    // Among what the others make of the same number.
-    const auto seven = [&](const Eigen::VectorXd& by, Eigen::Index k) {
+    // No digit beyond the error, nor beyond the tolerance's among what the others make of the same number.
+    const auto known = [&](const Eigen::VectorXd& by, const Eigen::VectorXd& error, Eigen::Index k) {
       double largest = 0;
       const auto& list = p.parameters.parameters;
       for (std::size_t i = 0; i < list.size(); ++i)
         largest = std::max(largest, std::abs(by[static_cast<Eigen::Index>(i)]) * list[i].scale);
-      return fmt::format("{:.7g}", shown(by[k], largest / list[static_cast<std::size_t>(k)].scale));
+      largest /= list[static_cast<std::size_t>(k)].scale;
+      if (error.size() == 0) return fmt::format("{:.7g}", shown(by[k], largest));
+      return known_digits(shown(by[k], largest), std::max(error[k], p.solver.rtol * largest));
     };
     text += "\n" + row("parameter", "value", "d(psi)/d(p)", "d(period)/d(p)", "d(speed)/d(p)", "d(multiplier)/d(p)");
     for (std::size_t j = 0; j < names.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
-      text += row(names[j], fmt::format("{:.12g}", shown(setup.rho[j])), seven(r.psi_rho, k), seven(r.period_rho, k),
-                  travels ? seven(speed_rho, k) : "",
+      text += row(names[j], fmt::format("{:.12g}", shown(setup.rho[j])), known(r.psi_rho, r.psi_rho_error, k),
+                  known(r.period_rho, r.period_rho_error, k), travels ? known(speed_rho, r.speed_rho_error, k) : "",
                   multiplier ? known_digits(r.multiplier_rho[k], r.multiplier_rho_error[k]) : "");
     }
     if (multiplier)

@@ -20,8 +20,9 @@ constexpr double kFirstTolerance = 0.1, kLoosestTolerance = 1e-4, kTightestToler
 // A tolerance is not chosen to just meet a request.
 constexpr double kAimedAt = 0.4;
 
-/// The largest error and what it is of.
-std::pair<double, std::string> worst_of(const CycleResult& r, bool costs, bool travels) {
+/// The largest error and what it is of, derivatives included where there are any.
+std::pair<double, std::string> worst_of(const CycleResult& r, const std::vector<Parameter>& parameters, bool costs,
+                                        bool travels) {
   std::pair<double, std::string> worst = {0, "period"};
   const auto count = [&](double error, double size, const std::string& of) {
     if (size == 0) return;
@@ -37,6 +38,22 @@ std::pair<double, std::string> worst_of(const CycleResult& r, bool costs, bool t
   for (std::size_t i = 0; i < r.names.size(); ++i)
     count(r.x_error[static_cast<Eigen::Index>(i)], sizes[r.units[i]], r.names[i]);
   if (!r.multipliers.empty()) count(r.multiplier_error, std::max(1.0, r.largest()), "multiplier");
+  if (r.x_rho_error.size() == 0) return worst;
+  const auto scaled = [&](const Eigen::VectorXd& by) {
+    double most = 0;
+    for (Eigen::Index j = 0; j < by.size(); ++j)
+      most = std::max(most, std::abs(by[j]) * parameters[static_cast<std::size_t>(j)].scale);
+    return most;
+  };
+  count(scaled(r.period_rho_error), scaled(r.period_rho), "period's derivatives");
+  if (travels) count(scaled(r.travel_rho_error), scaled(r.travel_rho), "travel's derivatives");
+  if (costs) count(scaled(r.psi_rho_error), scaled(r.psi_rho), "gradient");
+  sizes.clear();
+  for (std::size_t i = 0; i < r.names.size(); ++i)
+    sizes[r.units[i]] = std::max(sizes[r.units[i]], scaled(r.x_rho.row(static_cast<Eigen::Index>(i))));
+  for (std::size_t i = 0; i < r.names.size(); ++i)
+    count(scaled(r.x_rho_error.row(static_cast<Eigen::Index>(i))), sizes[r.units[i]],
+          fmt::format("derivatives of {}", r.names[i]));
   return worst;
 }
 
@@ -60,14 +77,15 @@ AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, dou
   const std::vector<AccuracyPilot> pilots = choose(setup, common, accuracy);
   SolverOptions& solver = setup.problem.solver;
   const Objective& cost = setup.problem.objective;
-  const bool derivatives = options.derivatives, multiplier = options.multiplier;
+  // Derivatives are of the last searches alone.
+  const CycleOptions asked = options;
+  const bool derivatives = asked.derivatives && setup.problem.parameters.size() > 0;
   options.estimate = true;
+  options.derivatives = options.multiplier = false;
   AccurateCycle a;
   double rtol = std::min(kFirstTolerance * accuracy, kLoosestTolerance);
   for (int runs = 1;; ++runs) {
     solver.set_rtol(rtol);
-    // Derivatives are of the last search alone.
-    options.derivatives = options.multiplier = false;
     bool found = true;
     try {
       a.result = find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options);
@@ -77,9 +95,15 @@ AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, dou
     }
     if (found) {
       std::tie(a.relative, a.worst) =
-          worst_of(a.result, !cost.running.empty() || !cost.terminal.empty(), !setup.scene.cycle->travel.empty());
+          worst_of(a.result, setup.problem.parameters.parameters, !cost.running.empty() || !cost.terminal.empty(),
+                   !setup.scene.cycle->travel.empty());
       a.met = a.relative <= accuracy;
       if (a.met || rtol <= kTightestTolerance) {
+        if (derivatives && !options.derivatives) {
+          options.derivatives = true;
+          options.multiplier = asked.multiplier;
+          continue;
+        }
         a.json = {{"asked", accuracy}, {"met", a.met}, {"estimated", a.relative},      {"worst", a.worst},
                   {"rtol", rtol},      {"runs", runs}, {"pilots", pilots_json(pilots)}};
         break;
@@ -87,11 +111,6 @@ AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, dou
     }
     const double next = found ? rtol * std::clamp(kAimedAt * accuracy / a.relative, 1e-3, 0.2) : 0.1 * rtol;
     rtol = std::max(next, kTightestTolerance);
-  }
-  if (derivatives && setup.problem.parameters.size() > 0) {
-    options.derivatives = true;
-    options.multiplier = multiplier;
-    a.result = find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options);
   }
   if (!a.met)
     notice(

@@ -17,7 +17,8 @@ struct AccurateCycle {
 };
 
 /// Errors are those of the search at a tenth of the tolerance: of the period, the travel and psi against themselves, of
-/// the fixed point against the largest entry of its unit, of the largest multiplier against itself or 1. The setup then
+/// the fixed point against the largest entry of its unit, of the largest multiplier against itself or 1, of
+/// derivatives (but for the multiplier's) in the parameters' scales against the largest of their kind. The setup then
 /// holds the choice. Gives notice where the request could not be met.
 AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, double accuracy, CycleOptions options);
 

@@ -36,6 +36,11 @@ TEST_CASE("cycle: the summary") {
   CHECK(j.at("events")[0].at("t") == j.at("period_s"));
   CHECK(j.at("fixed_point_gradient").at("disk.angle_dot").contains("push"));
   CHECK(std::abs(j.at("period_gradient").at("stiffness").get<double>() + 3.69744172839) < 1e-5);
+  const double by_stiffness = j.at("gradient").at("stiffness"), within = j.at("gradient_error").at("stiffness");
+  CHECK(std::abs(by_stiffness + 25.5959353195) <= 2 * within + 1e-9);
+  CHECK(within < 1e-5);
+  CHECK(j.at("period_gradient_error").at("push").get<double>() > 0);
+  CHECK(j.at("fixed_point_gradient_error").at("disk.angle_dot").at("push").get<double>() > 0);
   CHECK(run_costate({"cycle", kRayleigh, "--no-files"}, here.path()).out.find("6.663286") != std::string::npos);
 }
 

@@ -1,8 +1,12 @@
 // Limit cycles and periodic motions against what is known of them without this project: closed forms, and numbers of
 // small programs of their own.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
+#include <string>
+#include <vector>
 
 #include "costate/base/error.h"
 #include "costate/cycle/cycle.h"
@@ -122,6 +126,40 @@ TEST_CASE("cycle: Rayleigh's oscillator, a section by a crossing", "[cycle]") {
     CHECK(std::abs(r.x_rho(1, 0) + 0.83337431167) <= 1e-5);
     CHECK(std::abs(r.x_rho(1, 1) - 0.06313180307) <= 1e-5);
   }
+}
+
+// Stated errors of derivatives are those of the search at the tolerance; what is stored comes from that at a tenth.
+// Against the numbers above: within twice the stated, which itself is no more than some 1e4 tolerances of it (it is 600
+// at most). Without the search before there are none.
+TEST_CASE("cycle: derivatives say what they are within", "[cycle]") {
+  for (const double rtol : {1e-4, 1e-6, 1e-8})
+    for (const char* formulation : {"baumgarte", "index1", "maggi"}) {
+      const std::vector<std::string> at = {fmt::format("run.rtol={}", rtol), fmt::format("run.atol={}", rtol)};
+      CAPTURE(rtol, formulation);
+      const auto within = [&](const Eigen::VectorXd& by, const Eigen::VectorXd& error, std::vector<double> exact) {
+        REQUIRE(error.size() == by.size());
+        double size = 0;
+        for (const double e : exact) size = std::max(size, std::abs(e));
+        for (std::size_t j = 0; j < exact.size(); ++j) {
+          const auto k = static_cast<Eigen::Index>(j);
+          CAPTURE(j, by[k], exact[j], error[k]);
+          CHECK(std::abs(by[k] - exact[j]) <= 2 * error[k] + 1e-9);
+          CHECK(error[k] <= 1e4 * rtol * size);
+        }
+      };
+      const CycleResult rayleigh = found(kCycles + "rayleigh.toml", at, formulation).r;
+      within(rayleigh.period_rho, rayleigh.period_rho_error, {-0.73159659781, -3.69744172839});
+      within(rayleigh.psi_rho, rayleigh.psi_rho_error, {-20.7201877569, -25.5959353195});
+      within(rayleigh.x_rho.row(1), rayleigh.x_rho_error.row(1), {-0.83337431167, 0.06313180307});
+      const CycleResult pendulum = found(kCycles + "forced_pendulum.toml", at, formulation).r;
+      within(pendulum.psi_rho, pendulum.psi_rho_error, {-0.11882633339, -0.24017491898, 0.13339832711});
+      within(pendulum.x_rho.row(0), pendulum.x_rho_error.row(0), {0.16413747155, -0.26412432346, -0.08219613469});
+    }
+  const Scene scene = Scene::load(kCycles + "rayleigh.toml");
+  CycleOptions alone;
+  alone.estimate = false;
+  const Problem p = make_problem(scene);
+  CHECK(find_cycle(p, *scene.cycle, p.parameters.values(), alone).psi_rho_error.size() == 0);
 }
 
 // Twice around is a cycle, too, with the squares of the multipliers.

@@ -9,10 +9,10 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/stop.h"
-#include "costate/cycle/cycle_errors.h"
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/cycle_values.h"
+#include "costate/cycle/multipliers.h"
 #include "costate/record/interrupt.h"
 
 namespace costate {

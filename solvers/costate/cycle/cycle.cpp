@@ -71,11 +71,14 @@ class Search {
   }
 
  private:
+  double tolerance(double at) const {
+    const SolverOptions& s = map_.problem().solver;
+    return s.rtol * std::abs(at) + s.absolute();
+  }
   double weigh(const MapValue& v, const Eigen::VectorXd& at, std::string* name) const {
     double most = 0;
-    const SolverOptions& s = map_.problem().solver;
     for (const int i : map_.section().free()) {
-      const double r = std::abs(v.next[i] - at[i]) / (s.rtol * std::abs(at[i]) + s.absolute());
+      const double r = std::abs(v.next[i] - at[i]) / tolerance(at[i]);
       if (r > most || !std::isfinite(r)) {
         most = std::isfinite(r) ? r : std::numeric_limits<double>::infinity();
         if (name) *name = map_.section().coordinates()[static_cast<std::size_t>(i)].name;
@@ -91,9 +94,7 @@ class Search {
   Eigen::VectorXd newton_step() const;
   /// A step's entries in tolerances: what returns within them may be far from the cycle, by 1/(1 - mu).
   Eigen::VectorXd in_tolerances(const Eigen::VectorXd& dx) const {
-    const Eigen::VectorXd at = x(map_.section().free());
-    const SolverOptions& s = map_.problem().solver;
-    return dx.cwiseAbs().cwiseQuotient(s.rtol * at.cwiseAbs() + Eigen::VectorXd::Constant(at.size(), s.absolute()));
+    return dx.cwiseAbs().cwiseQuotient(x(map_.section().free()).unaryExpr([&](double at) { return tolerance(at); }));
   }
   [[noreturn]] void fail(const std::string& why) const;
   double entry(const Eigen::VectorXd& of) const {
@@ -215,38 +216,37 @@ void add_state(const Problem& problem, const ReturnMap& map, const Search& searc
   }
 }
 
-/// (18.5), (18.6): (I - P_x) x_rho = P_rho, (I - P_x)^T l = psi_x^T, dpsi = psi_rho + l^T P_rho.
-void differentiate(const Search& search, const ReturnMap& map, const CycleOptions& options, CycleResult& r) {
-  const Section& section = map.section();
-  const MapValue& v = r.map;
-  const auto& free = section.free();
-  const auto k = static_cast<Eigen::Index>(free.size());
-  const auto own = Eigen::seqN(0, v.next_rho.cols() - (has_cycle_values(map.problem()) ? kCycleValues : 0));
-  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - search.reduced(v.next_x);
-  const Eigen::MatrixXd P_rho = v.next_rho(free, own);
-  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(A);
-  r.x_rho.setZero(section.size(), P_rho.cols());
-  const Eigen::MatrixXd x_rho = lu.solve(P_rho);
-  for (std::size_t i = 0; i < free.size(); ++i) r.x_rho.row(free[i]) = x_rho.row(static_cast<Eigen::Index>(i));
-  const auto on_cycle = [&](const Eigen::RowVectorXd& by_x, const Eigen::RowVectorXd& by_rho) -> Eigen::VectorXd {
-    const Eigen::VectorXd l = A.transpose().partialPivLu().solve(by_x(free).transpose());
-    return by_rho(own).transpose() + P_rho.transpose() * l;
-  };
-  r.period_rho = on_cycle(v.time_x, v.time_rho);
-  r.travel_rho = on_cycle(v.travel_x, v.travel_rho);
-  r.psi_rho = on_cycle(v.psi_x, v.psi_rho);
-  const PeriodTravel by = by_period_and_travel(r.psi_values, r.values());
-  r.psi_rho += by.period * r.period_rho + by.travel * r.travel_rho;
+/// r's derivatives, by r.map, but for what psi changes by as the largest multiplier does.
+void differentiate(const ReturnMap& map, CycleResult& r) {
+  CycleDerivatives d = cycle_derivatives(map, r.map, r.psi_values, r.values());
+  r.x_rho = std::move(d.x);
+  r.period_rho = std::move(d.period);
+  r.travel_rho = std::move(d.travel);
+  r.psi_rho = std::move(d.psi);
+}
+
+void estimate_derivatives(const CycleResult& loose, const Problem& problem, const Section& section, CycleResult& r) {
+  const auto& parameters = problem.parameters.parameters;
+  r.x_rho_error = derivative_errors(section.coordinates(), r.period.value, r.x_rho, loose.x_rho, parameters);
+  r.period_rho_error = derivative_errors(r.period_rho, loose.period_rho, parameters);
+  r.travel_rho_error = derivative_errors(r.travel_rho, loose.travel_rho, parameters);
+  r.speed_rho_error = derivative_errors(r.speed_rho(), loose.speed_rho(), parameters);
+  r.psi_rho_error = derivative_errors(r.psi_rho, loose.psi_rho, parameters);
+}
+
+void differentiate_multiplier(const Search& search, const ReturnMap& map, const CycleOptions& options, CycleResult& r) {
   const double by_multiplier = r.psi_values[kCycleMultiplier];
   if (!options.multiplier && by_multiplier == 0) return;
   try {
     const MultiplierDerivative m =
-        multiplier_derivative(map, search.x, search.positions, static_cast<int>(P_rho.cols()));
+        multiplier_derivative(map, search.x, search.positions, static_cast<int>(r.x_rho.cols()));
     r.counters += m.counters;
     r.multiplier_rho = m.by_rho;
     r.multiplier_rho_error = m.error;
     r.multiplier_method = multiplier_method(m);
+    if (by_multiplier == 0) return;
     r.psi_rho += by_multiplier * m.by_rho;
+    if (r.psi_rho_error.size() > 0) r.psi_rho_error += std::abs(by_multiplier) * m.error;
   } catch (const Error& e) {
     if (by_multiplier != 0) throw;
     r.multiplier_method = e.what();
@@ -254,7 +254,7 @@ void differentiate(const Search& search, const ReturnMap& map, const CycleOption
 }
 
 /// An equilibrium repeats itself after any time; a motion that a section is to be met by does not come to it.
-void tell_rest(const CycleSettings& settings, double time) {
+void tell_rest(const CycleSettings& settings, double rtol, double time) {
   if (!settings.period_s)
     throw SolverError(
         fmt::format("No cycle was found: the motion comes to rest. What the search ends at moves by no more than its "
@@ -262,7 +262,10 @@ void tell_rest(const CycleSettings& settings, double time) {
                     "and 'costate modes' tell. A cycle needs something that feeds it: begin nearer to one, or look "
                     "whether there is one at these parameters.",
                     time));
-  notice("This cycle is rest: nothing moves in a period, and the multipliers are those of an equilibrium.");
+  notice(
+      fmt::format("This cycle is rest, to what rtol {:g} tells: nothing moves by more than its tolerance in a period, "
+                  "and the multipliers are those of an equilibrium. A smaller rtol tells more.",
+                  rtol));
 }
 
 /// The problem whose cost knows the values of the cycle that was found, at the tolerance of its search.
@@ -300,20 +303,6 @@ class Whole {
 
 }  // namespace
 
-std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial) {
-  if (P.rows() == 0) return {};
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(P, false);
-  if (solver.info() != Eigen::Success) throw SolverError("The eigenvalue problem of the multipliers did not converge.");
-  std::vector<std::complex<double>> m(solver.eigenvalues().begin(), solver.eigenvalues().end());
-  std::sort(m.begin(), m.end(), [](const auto& a, const auto& b) {
-    const double x = std::abs(a), y = std::abs(b);
-    if (std::abs(x - y) > 1e-12 * std::max(x, y)) return x > y;
-    return a.imag() > b.imag();
-  });
-  m.resize(m.size() - std::min(m.size(), static_cast<std::size_t>(trivial)));
-  return m;
-}
-
 std::optional<bool> CycleResult::stable() const {
   if (std::abs(largest() - 1) <= undecided) return {};
   return largest() < 1;
@@ -334,8 +323,10 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   search.solve();
   map.require_same_modes(search.value);
   map.require_whole_turns(search.x, search.positions, search.value);
-  if (rests(map, start, search.x, search.positions, search.value.time)) tell_rest(settings, search.value.time);
+  if (rests(map, start, search.x, search.positions, search.value.time))
+    tell_rest(settings, problem.solver.rtol, search.value.time);
   CycleResult r;
+  CycleResult loose;  // of the search at the problem's own tolerance, where errors are estimated
   const bool derivatives = options.derivatives && !rho.empty();
   const auto take = [&](const MapValue& v) {
     search.counters += v.counters;
@@ -346,8 +337,15 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
     r.multipliers = multipliers_of(search.monodromy(), section.trivial_multipliers());
   };
   if (options.estimate) {
-    take(Whole(problem, map, search).value(false));
-    const CycleResult loose = r;
+    const Whole at_own_tolerance(problem, map, search);
+    take(at_own_tolerance.value(false));
+    loose = r;
+    if (derivatives) {
+      loose.map = at_own_tolerance.value(true);
+      search.counters += loose.map.counters;
+      loose.psi_values = at_own_tolerance.by_values(loose.map);
+      differentiate(at_own_tolerance.map(), loose);
+    }
     const Eigen::MatrixXd loose_P = search.monodromy();
     const SolverOptions& solver = problem.solver;
     map.set_tolerance(0.1 * solver.rtol, 0.1 * solver.absolute());
@@ -377,7 +375,11 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   if (!options.estimate) take(r.map);
   r.undecided = std::max({r.undecided, r.multiplier_error, problem.solver.rtol});
   r.psi_values = whole.by_values(r.map);
-  if (derivatives) differentiate(search, whole.map(), options, r);
+  if (derivatives) {
+    differentiate(whole.map(), r);
+    if (options.estimate) estimate_derivatives(loose, problem, section, r);
+    differentiate_multiplier(search, whole.map(), options, r);
+  }
   for (const auto& c : section.coordinates()) {
     r.names.push_back(c.name);
     r.units.push_back(c.unit);

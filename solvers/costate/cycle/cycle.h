@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "costate/cycle/cycle_derivatives.h"
 #include "costate/cycle/cycle_values.h"
+#include "costate/cycle/multipliers.h"
 #include "costate/cycle/return_map.h"
 
 namespace costate {
@@ -42,6 +44,9 @@ struct CycleResult {
   // Rows: of the fixed point's entries; of the period, the travel, psi. Columns: parameters. Empty without any.
   Eigen::MatrixXd x_rho;
   Eigen::VectorXd period_rho, travel_rho, psi_rho;
+  /// Those of the search at the problem's own tolerance may be off by as much; empty where that was not estimated.
+  Eigen::MatrixXd x_rho_error;
+  Eigen::VectorXd period_rho_error, travel_rho_error, speed_rho_error, psi_rho_error;
   /// Of the largest modulus (cycle/multiplier_derivative.h), with estimated errors; empty where they were not asked for
   /// or there is none. By what method, or why there is none.
   Eigen::VectorXd multiplier_rho, multiplier_rho_error;
@@ -56,14 +61,12 @@ struct CycleResult {
 
   double speed() const { return travel.value / period.value; }  // m/s
   double largest() const { return multipliers.empty() ? 0 : std::abs(multipliers.front()); }
-  Eigen::VectorXd speed_rho() const { return (travel_rho - speed() * period_rho) / period.value; }
+  CycleDerivatives derivatives() const { return {x_rho, period_rho, travel_rho, psi_rho}; }
+  Eigen::VectorXd speed_rho() const { return derivatives().speed(travel.value, period.value); }
   CycleValues values() const { return {period.value, travel.value, speed(), largest()}; }
   /// None where the largest multiplier is as near to 1 as it may be off by: motions that conserve are not judged.
   std::optional<bool> stable() const;
 };
-
-/// Largest modulus first, without the `trivial` smallest ones, of the derivative P of a return map.
-std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial);
 
 /// From where the problem's start leads to the section for the first time. Throws SolverError where the search does not
 /// converge (saying how far it came, by which coordinate, and what to do), ModelError for mistakes in [cycle].

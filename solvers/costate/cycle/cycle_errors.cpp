@@ -1,42 +1,11 @@
 #include "costate/cycle/cycle_errors.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 
-#include "costate/base/error.h"
-
 namespace costate {
-
-double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, std::complex<double> m) {
-  if (P.rows() == 0) return 0;
-  const Eigen::EigenSolver<Eigen::MatrixXd> right(P), left(P.transpose().eval()), changed(other, false);
-  for (const auto* solver : {&right, &left, &changed})
-    if (solver->info() != Eigen::Success)
-      throw SolverError("The eigenvalue problem of the multipliers did not converge.");
-  const auto nearest = [](const Eigen::VectorXcd& of, std::complex<double> to) {
-    Eigen::Index k = 0;
-    (of.array() - to).abs().minCoeff(&k);
-    return k;
-  };
-  const Eigen::VectorXcd all = right.eigenvalues();
-  const Eigen::Index k = nearest(all, m);
-  const double change = std::abs(changed.eigenvalues()[nearest(changed.eigenvalues(), all[k])] - all[k]);
-  const Eigen::VectorXcd w = right.eigenvectors().col(k),
-                         u = left.eigenvectors().col(nearest(left.eigenvalues(), all[k]));
-  const double product = std::abs((u.transpose() * w).value()),
-               sum = (u.cwiseAbs() * w.cwiseAbs().transpose()).cwiseProduct(other - P).norm();
-  double next = std::numeric_limits<double>::infinity();  // the distance to the next one
-  for (Eigen::Index i = 0; i < all.size(); ++i)
-    if (i != k) next = std::min(next, std::abs(all[i] - all[k]));
-  double terms = product > 0 ? sum / product : 0;
-  // From where two meet they move apart as the root of what changes.
-  if (terms > next) terms = std::sqrt(terms * next);
-  return std::max(change, std::sqrt(change * terms));
-}
 
 void pool_errors(const std::vector<SectionCoordinate>& coordinates, double period, const Eigen::VectorXd& x,
                  Eigen::VectorXd& error) {
@@ -56,6 +25,33 @@ void pool_errors(const std::vector<SectionCoordinate>& coordinates, double perio
     for (Eigen::Index i = 0; i < x.size(); ++i)
       if (way(i) > 0) error[i] = std::max(error[i], kByChance * most / size * std::abs(x[i]));
   }
+}
+
+Eigen::VectorXd derivative_errors(const Eigen::VectorXd& by, const Eigen::VectorXd& loose,
+                                  const std::vector<Parameter>& parameters) {
+  constexpr double kByChance = 0.3;
+  Eigen::VectorXd error = (by - loose).cwiseAbs();
+  double size = 0, most = 0;
+  for (Eigen::Index j = 0; j < by.size(); ++j) {
+    const double scale = parameters[static_cast<std::size_t>(j)].scale;
+    size = std::max(size, scale * std::abs(by[j]));
+    most = std::max(most, scale * error[j]);
+  }
+  if (size > 0) error = error.cwiseMax(kByChance * most / size * by.cwiseAbs());
+  return error;
+}
+
+Eigen::MatrixXd derivative_errors(const std::vector<SectionCoordinate>& coordinates, double period,
+                                  const Eigen::MatrixXd& by, const Eigen::MatrixXd& loose,
+                                  const std::vector<Parameter>& parameters) {
+  Eigen::MatrixXd errors(by.rows(), by.cols());
+  for (Eigen::Index i = 0; i < by.rows(); ++i) errors.row(i) = derivative_errors(by.row(i), loose.row(i), parameters);
+  for (Eigen::Index j = 0; j < by.cols(); ++j) {
+    Eigen::VectorXd error = errors.col(j);
+    pool_errors(coordinates, period, by.col(j), error);
+    errors.col(j) = error;
+  }
+  return errors;
 }
 
 }  // namespace costate

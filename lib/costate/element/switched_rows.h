@@ -32,4 +32,6 @@ class SwitchedRows {
   virtual int friction_number() const { return -1; }
 };
 
+inline bool has_switched_rows(const Constraint& c) { return dynamic_cast<const SwitchedRows*>(&c) != nullptr; }
+
 }  // namespace costate

@@ -316,6 +316,7 @@ void MotionEvents::require_direction(const GuardOf& g, double along, const State
 
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
+  if (between_steps_) refuse_slip_from_rest(event, before);
   last_jump_ = last_loss_ = 0;
   StateView behind = before;
   behind.v = v;

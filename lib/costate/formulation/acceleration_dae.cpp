@@ -23,7 +23,7 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
   int row = 0;
   for (Unknown& u : unknowns_) {
     if (u.role != Unknown::Role::multiplier) continue;
-    if (stabilization.inverse_alpha > 0 || level_.may_give(row)) u.in_norm = false;
+    if (stabilization.inverse_alpha > 0 || level_.giving_rows().beside(row)) u.in_norm = false;
     ++row;
   }
   if (events_) events_->use(state_.balance());

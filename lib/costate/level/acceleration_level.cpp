@@ -5,24 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/rolling_rows.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
-#include "costate/element/switched_rows.h"
 #include "costate/level/kkt_groups.h"
-#include "costate/level/penalty_weight.h"
 
 namespace costate {
 
 namespace {
 constexpr int kPivotOrders = 4;  // whose factorizations can be brought back
-// Of what the penalty gives: a body that rests creeps by some 1e-11 of what its weight would do to it, and shares of
-// friction are known to 1e-5.
-constexpr double kGives = 1e-2;
 }  // namespace
 
 AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabilization)
@@ -61,52 +55,7 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   r2_q_.assign(assembly.jacobian().row.size(), 0);
   r2_v_ = r2_q_;
   newton_blocks_ = {assembly.M, assembly.K, assembly.phi_q, r2_q_, assembly.f_q};  // sized once
-  if (stabilization_.inverse_alpha == 0 && assembly_.has_switched_rows()) find_giving_rows();
-}
-
-// Two that stick on one body of the plane hold it twice along the ground; of three, or four in space, normal forces are
-// not determined either.
-void AccelerationLevel::find_giving_rows() {
-  const Mechanism& mech = assembly_.mechanism();
-  std::map<std::vector<int>, std::vector<std::size_t>> on_body;
-  for (std::size_t c = 0; c < mech.constraints().size(); ++c)
-    if (dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get()))
-      on_body[mech.constraints()[c]->coordinates()].push_back(c);
-  std::vector<GivingRow> giving(static_cast<std::size_t>(assembly_.m()));
-  bool any = false;
-  for (const auto& [coordinates, contacts] : on_body)
-    for (const std::size_t c : contacts)
-      for (int i = 0; i < mech.constraints()[c]->rows(); ++i) {
-        GivingRow& row = giving[static_cast<std::size_t>(mech.row_offsets()[c] + i)];
-        for (const std::size_t other : contacts)
-          if (other != c && i < mech.constraints()[other]->rows()) row.others.push_back(mech.row_offsets()[other] + i);
-        const int determine = i > 0 ? 1 : coordinates.size() > 3 ? 3 : 2;
-        if (static_cast<int>(row.others.size()) >= determine) row.too_many = determine;
-        any = any || row.too_many > 0;
-      }
-  if (!any) return;
-  // By the body's own mass: rows of its Euler parameters, whose inertias are of another unit, have no say.
-  Assembly first(assembly_.mechanism_ptr(), ParameterSelection{});
-  const std::vector<double> q = mech.first_positions();
-  StateView s;
-  s.q = s.v = q.data();
-  first.calc_mass(s);
-  const auto mass_of = [&](const std::vector<int>& coordinates) {
-    double mass = 0;
-    for (const int j : coordinates)
-      if (const auto at = first.square().find(j, j);
-          at >= 0 && mech.coordinates()[static_cast<std::size_t>(j)].unit == "m")
-        mass = std::max(mass, std::abs(first.M[static_cast<std::size_t>(at)]));
-    return mass;
-  };
-  for (const auto& [coordinates, contacts] : on_body) {
-    const double mass = mass_of(coordinates),
-                 weight = mass > 0 ? kPenaltyStiffness * mass : default_penalty_weight(assembly_.mechanism_ptr());
-    for (const std::size_t c : contacts)
-      for (int i = 0; i < mech.constraints()[c]->rows(); ++i)
-        giving[static_cast<std::size_t>(mech.row_offsets()[c] + i)].inverse_alpha = kGives / weight;
-  }
-  giving_rows_ = std::move(giving);
+  if (stabilization_.inverse_alpha == 0 && assembly_.has_switched_rows()) giving_rows_ = GivingRows(assembly_);
 }
 
 void AccelerationLevel::prepare(const StateView& s) {

@@ -7,12 +7,12 @@
 // are allowed because the lower right block is regular.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/evaluation_point.h"
+#include "costate/level/giving_rows.h"
 #include "costate/linear/kkt_solver.h"
 
 namespace costate {
@@ -65,25 +65,20 @@ class AccelerationLevel {
   /// is there.
   void solve(const StateView& s);
   /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then. Exact constraints have
-  /// 0, but for rows of contacts that hold one body twice where they stick: those give as the penalty's do.
+  /// 0, but for rows of contacts that hold a rigid thing twice where they stick (level/giving_rows.h).
   double inverse_alpha(int i) const {
     if (!assembly_.is_there(i)) return 1;
-    return gives(i) ? giving_rows_[static_cast<std::size_t>(i)].inverse_alpha : stabilization_.inverse_alpha;
+    return gives(i) ? giving_rows_.inverse_alpha(i) : stabilization_.inverse_alpha;
   }
   /// Whether row i is, or may be, one of those.
-  bool gives(int i) const {
-    if (!may_give(i)) return false;
-    const auto& rows = giving_rows_[static_cast<std::size_t>(i)];
-    return std::count_if(rows.others.begin(), rows.others.end(), [this](int r) { return assembly_.is_there(r); }) >=
-           rows.too_many;
-  }
+  bool gives(int i) const { return giving_rows_.gives(i, assembly_); }
   /// That of row i of index 2's stabilizers, Phi - e gamma = 0, which vanish on the motion, so that e changes nothing:
-  /// -1 where no position is kept, and a little, in s, where gaps hold one body more often than it takes.
+  /// -1 where no position is kept, and a little, in s, where gaps hold it more often than it takes.
   double stabilizer_corner(int i) const {
     if (!assembly_.is_there(i) || !assembly_.holds_position(i)) return -1;
     return gives(i) ? -kStabilizerGives : 0;
   }
-  bool may_give(int i) const { return !giving_rows_.empty() && giving_rows_[static_cast<std::size_t>(i)].too_many > 0; }
+  const GivingRows& giving_rows() const { return giving_rows_; }
   bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
   /// -1/alpha of all rows, and -s mu of those along which contacts slide, on corner_pattern().
   const double* corner();
@@ -168,7 +163,6 @@ class AccelerationLevel {
   template <class Solve>
   void iterate_multipliers(double* b, int size, double corner, Solve&& solve);
   [[noreturn]] void singular(int column) const;
-  void find_giving_rows();
 
   Assembly& assembly_;
   Stabilization stabilization_;
@@ -188,13 +182,7 @@ class AccelerationLevel {
   std::vector<std::int64_t> corner_diagonal_;
   std::vector<double> corner_;
   static constexpr double kStabilizerGives = 1e-8;
-  /// The same row of other contacts of the body, of which so many determine what this row does; 0: it never gives.
-  struct GivingRow {
-    std::vector<int> others;
-    int too_many = 0;
-    double inverse_alpha = 0;
-  };
-  std::vector<GivingRow> giving_rows_;  // none where none may give
+  GivingRows giving_rows_;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;
 };

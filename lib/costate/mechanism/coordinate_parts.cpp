@@ -42,6 +42,13 @@ std::vector<int> coordinate_parts(const Mechanism& mechanism) {
   return links.parts();
 }
 
+std::vector<int> constrained_parts(const Mechanism& mechanism) {
+  Links links(mechanism.coordinate_count());
+  links.join(mechanism.bodies());
+  links.join(mechanism.constraints());
+  return links.parts();
+}
+
 std::vector<int> body_parts(const Mechanism& mechanism) {
   Links links(mechanism.coordinate_count());
   links.join(mechanism.bodies());

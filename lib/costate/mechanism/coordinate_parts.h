@@ -10,6 +10,8 @@ namespace costate {
 
 /// One number a coordinate, that of one of them, the same for those of one part.
 std::vector<int> coordinate_parts(const Mechanism& mechanism);
+/// The same of what bodies and constraints link, without forces.
+std::vector<int> constrained_parts(const Mechanism& mechanism);
 /// The same of what bodies alone link.
 std::vector<int> body_parts(const Mechanism& mechanism);
 

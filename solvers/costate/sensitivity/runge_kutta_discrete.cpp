@@ -109,6 +109,7 @@ template <class Kind>
 GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
                             double asked, double& part) {
   system.end_at_kinks_of_laws();
+  system.differentiate_between_steps();  // what is refused on the way back is refused at once
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);

@@ -24,7 +24,8 @@ class ExplicitStiffness {
     throw StiffError(
         fmt::format("The motion is stiff at t = {:.6g} s: after {} steps the explicit scheme '{}' still takes steps of "
                     "{:.3g} s, the size at which it is stable; about {:.2g} more would follow. Take an implicit "
-                    "integrator (--integrator idas, or cvodes with --cvodes-method bdf).",
+                    "integrator (--integrator radau5; where the method is not a discrete one also idas, or cvodes with "
+                    "--cvodes-method bdf).",
                     t, steps, scheme, h, left / h));
   }
 

@@ -290,7 +290,7 @@ const RegisterCommand cycle_command(
       c.option("--max-points", flags->max_points, "With --continue: cycles at most, in either direction (300)");
       flags->accuracy.add_to(c);
       c.flag("--report", flags->report, "Write cycle.html too, a page with the multipliers and the motion");
-      c.flag("--no-estimate", flags->no_estimate, "Without the search at a tenth of the tolerance that tells errors");
+      c.flag("--no-estimate", flags->no_estimate, "Without the searches at tighter tolerances that tell errors");
       c.flag("--no-derivatives", flags->no_derivatives, "Without derivatives with respect to the parameters");
       c.runs([&common, flags] { return run(common, *flags); });
     });

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "accuracy.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/cycle_errors.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/tradeoff/pilot_race.h"
 
@@ -15,7 +15,8 @@ namespace costate::app {
 
 namespace {
 
-// The first tolerance against the accuracy, and where the search for one ends. The cycle's own search is at a tenth.
+// The first tolerance against the accuracy, and where the search for one ends. The cycle's own searches go on
+// to three hundredths.
 constexpr double kFirstTolerance = 0.1, kLoosestTolerance = 1e-4, kTightestTolerance = 1e-12;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAimedAt = 0.4;
@@ -32,28 +33,16 @@ std::pair<double, std::string> worst_of(const CycleResult& r, const std::vector<
   count(r.period.error, std::abs(r.period.value), "period");
   if (travels) count(r.travel.error, std::abs(r.travel.value), "travel");
   if (costs) count(r.psi.error, std::abs(r.psi.value), "psi");
-  std::map<std::string, double> sizes;
+  const Eigen::VectorXd sizes = comparable_sizes(r.units, r.period.value, r.x);
   for (std::size_t i = 0; i < r.names.size(); ++i)
-    sizes[r.units[i]] = std::max(sizes[r.units[i]], std::abs(r.x[static_cast<Eigen::Index>(i)]));
-  for (std::size_t i = 0; i < r.names.size(); ++i)
-    count(r.x_error[static_cast<Eigen::Index>(i)], sizes[r.units[i]], r.names[i]);
+    count(r.x_error[static_cast<Eigen::Index>(i)], sizes[static_cast<Eigen::Index>(i)], r.names[i]);
   if (!r.multipliers.empty()) count(r.multiplier_error, std::max(1.0, r.largest()), "multiplier");
   if (r.x_rho_error.size() == 0) return worst;
-  const auto scaled = [&](const Eigen::VectorXd& by) {
-    double most = 0;
-    for (Eigen::Index j = 0; j < by.size(); ++j)
-      most = std::max(most, std::abs(by[j]) * parameters[static_cast<std::size_t>(j)].scale);
-    return most;
-  };
+  const auto scaled = [&](const Eigen::VectorXd& by) { return scaled_size(by, parameters); };
   count(scaled(r.period_rho_error), scaled(r.period_rho), "period's derivatives");
   if (travels) count(scaled(r.travel_rho_error), scaled(r.travel_rho), "travel's derivatives");
   if (costs) count(scaled(r.psi_rho_error), scaled(r.psi_rho), "gradient");
-  sizes.clear();
-  for (std::size_t i = 0; i < r.names.size(); ++i)
-    sizes[r.units[i]] = std::max(sizes[r.units[i]], scaled(r.x_rho.row(static_cast<Eigen::Index>(i))));
-  for (std::size_t i = 0; i < r.names.size(); ++i)
-    count(scaled(r.x_rho_error.row(static_cast<Eigen::Index>(i))), sizes[r.units[i]],
-          fmt::format("derivatives of {}", r.names[i]));
+  count(relative_error(r.units, r.period.value, r.x_rho, r.x_rho_error, parameters), 1, "fixed point's derivatives");
   return worst;
 }
 

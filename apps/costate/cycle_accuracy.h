@@ -16,10 +16,10 @@ struct AccurateCycle {
   Json json;  // the contract's object `accuracy`
 };
 
-/// Errors are those of the search at a tenth of the tolerance: of the period, the travel and psi against themselves, of
-/// the fixed point against the largest entry of its unit, of the largest multiplier against itself or 1, of
-/// derivatives (but for the multiplier's) in the parameters' scales against the largest of their kind. The setup then
-/// holds the choice. Gives notice where the request could not be met.
+/// Errors are those of searches at a tenth and three hundredths of the tolerance: of the period, the travel and psi
+/// against themselves, of the fixed point against the largest that is comparable (cycle/cycle_errors.h), of the largest
+/// multiplier against itself or 1, of derivatives (but for the multiplier's) in the parameters' scales against the
+/// largest of their kind. The setup then holds the choice. Gives notice where the request could not be met.
 AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, double accuracy, CycleOptions options);
 
 }  // namespace costate::app

@@ -302,8 +302,9 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
           return false;
         continue;
       }
-      const auto* together =
-          impact_ ? shares_->find(static_cast<int>(&at - contacts_.data()), solved, impact_->balance()) : nullptr;
+      const auto* together = impact_ ? shares_->find(static_cast<int>(&at - contacts_.data()), solved,
+                                                     impact_->balance(), velocity_error())
+                                     : nullptr;
       if ((together ? together->weight() : -lambda[0]) < -kContactRounding * forces) return false;
       if (at.sliding_state < 0 || begins(at)) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
@@ -394,7 +395,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
                     "there is no other is not proven.",
                     names(), search->told()));
   write(chosen, chosen_slip);
-  shares_->require_determined(now, impact_->balance(), slip_error_.relative * fastest_ + slip_error_.absolute, part);
+  shares_->require_determined(now, impact_->balance(), velocity_error(), part);
 }
 
 }  // namespace costate

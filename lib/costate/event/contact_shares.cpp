@@ -10,7 +10,9 @@
 #include <limits>
 #include <string>
 
+#include "costate/base/derivatives_wanted.h"
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/linear/to_dense.h"
@@ -79,7 +81,8 @@ RestingCone ContactShares::cone_of(const WatchedContact& c, const StateView& s, 
   return {first, count, count > 1 ? contact_number(c, c.contact->sticking_number(), assembly_) : 0};
 }
 
-const ContactShares::Held* ContactShares::find(int contact, const StateView& s, ImpulseBalance& balance, bool anyhow) {
+const ContactShares::Held* ContactShares::find(int contact, const StateView& s, ImpulseBalance& balance, double error,
+                                               bool anyhow) {
   if (!several_in_space_ || !s.lambda) return nullptr;
   const WatchedContact& own = contacts_[static_cast<std::size_t>(contact)];
   if (own.first_row < 0 || !is_closed(own, s)) return nullptr;
@@ -94,9 +97,15 @@ const ContactShares::Held* ContactShares::find(int contact, const StateView& s, 
   std::vector<char> modes = modes_of(own.part, s);
   std::vector<double> places;
   for (const int j : coordinates_of(own.part)) places.push_back(s.q[j]);
+  for (const WatchedContact& c : contacts_)
+    if (c.part == own.part && c.first_row >= 0 && is_closed(c, s) && slides(c, s)) {
+      const VectorXd way = way_of(c, s, assembly_);
+      places.insert(places.end(), way.begin(), way.end());
+    }
   if (known_.part != own.part || known_.modes != modes || known_.places != places ||
       known_.numbers != assembly_.numbers()) {
-    known_ = {own.part, std::move(modes), std::move(places), assembly_.numbers(), find_groups(own.part, s, balance)};
+    known_ = {own.part, std::move(modes), std::move(places), assembly_.numbers(),
+              find_groups(own.part, s, balance, error)};
     held_.reset();
   }
   for (const Group& g : known_.groups) {
@@ -156,14 +165,57 @@ MatrixXd ContactShares::friction_of(int part, const StateView& s, const std::vec
   return friction;
 }
 
-std::vector<ContactShares::Group> ContactShares::find_groups(int part, const StateView& s,
-                                                             ImpulseBalance& balance) const {
+MatrixXd ContactShares::accelerations(const MatrixXd& forces, const std::vector<int>& coordinates,
+                                      ImpulseBalance& balance) const {
+  MatrixXd a = MatrixXd::Zero(assembly_.n(), forces.cols());
+  std::vector<double> b;
+  for (Index i = 0; i < forces.cols(); ++i) {
+    if (forces.col(i).isZero(0)) continue;
+    b.assign(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
+    for (std::size_t j = 0; j < coordinates.size(); ++j)
+      b[static_cast<std::size_t>(coordinates[j])] = forces(static_cast<Index>(j), i);
+    balance.solve(b.data());
+    a.col(i) = Eigen::Map<const VectorXd>(b.data(), assembly_.n());
+  }
+  return a;
+}
+
+// Changes n of shares do nothing where (Phi_q^T + D^T) n = 0. Directions that errors turn tell no shares apart: those
+// with Phi_q^T n = 0 whose friction D^T n accelerates by no more than that do nothing, with what goes with them in
+// other rows, d orthogonal to them, (Phi_q^T + D^T)(n + d) = 0.
+MatrixXd ContactShares::idle_changes(int part, const StateView& s, const std::vector<int>& rows,
+                                     ImpulseBalance& balance, double error) const {
+  const std::vector<int> coordinates = coordinates_of(part);
+  const MatrixXd by_row = to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates).transpose(),
+                 friction = friction_of(part, s, rows);
+  const MatrixXd all = null_space(by_row + friction);
+  if (friction.isZero(0)) return all;
+  MatrixXd idle = null_space(by_row);
+  if (idle.cols() <= all.cols()) return all;
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const WatchedContact& c : contacts_)
+    if (c.part == part && c.first_row >= 0 && is_closed(c, s) && slides(c, s))
+      slowest = std::min(slowest, slip_of(c, s, assembly_).norm());
+  if (const double tells_apart = kTellsApart + kOfErrors * error / slowest; tells_apart < kTellsAll) {
+    const MatrixXd each = accelerations(friction, coordinates, balance);
+    const Eigen::JacobiSVD<MatrixXd> svd(each * idle, Eigen::ComputeFullV);
+    const double alone = each.colwise().norm().maxCoeff();
+    Index told = 0;
+    while (told < svd.singularValues().size() && svd.singularValues()[told] > tells_apart * alone) ++told;
+    if (idle.cols() - told <= all.cols()) return all;
+    idle *= svd.matrixV().rightCols(idle.cols() - told);
+  }
+  const MatrixXd others = null_space(idle.transpose()), sum = (by_row + friction) * others;
+  idle += others * sum.completeOrthogonalDecomposition().solve(-friction * idle);
+  const Eigen::HouseholderQR<MatrixXd> qr(idle);
+  return qr.householderQ() * MatrixXd::Identity(idle.rows(), idle.cols());
+}
+
+std::vector<ContactShares::Group> ContactShares::find_groups(int part, const StateView& s, ImpulseBalance& balance,
+                                                             double error) const {
   balance.prepare(s);
   const std::vector<int> rows = rows_of_part(part, s);
-  const MatrixXd by_row =
-      to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates_of(part)).transpose() +
-      friction_of(part, s, rows);
-  const MatrixXd all = null_space(by_row);
+  const MatrixXd all = idle_changes(part, s, rows, balance, error);
   if (all.cols() == 0) return {};
   struct Member {
     int contact, first, count;
@@ -246,26 +298,18 @@ void ContactShares::require_determined(const StateView& s, ImpulseBalance& balan
     depend_[{part, std::move(modes)}] = none.cols() > 0;
     if (none.cols() == 0) continue;
     const MatrixXd friction = friction_of(part, s, rows);
-    const auto acceleration = [&](const VectorXd& force) {
-      std::vector<double> b(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
-      for (std::size_t j = 0; j < coordinates.size(); ++j)
-        b[static_cast<std::size_t>(coordinates[j])] = force[static_cast<Index>(j)];
-      balance.solve(b.data());
-      return VectorXd(Eigen::Map<const VectorXd>(b.data(), assembly_.n()));
-    };
     // What each share of one newton does by itself.
-    double alone = 0, inertia = 0;
+    const MatrixXd each = accelerations(friction, coordinates, balance);
+    const double alone = each.colwise().norm().maxCoeff();
+    double inertia = 0;
     for (const int j : coordinates)
       if (const auto at = assembly_.square().find(j, j); at >= 0)
         inertia = std::max(inertia, std::abs(assembly_.M[static_cast<std::size_t>(at)]));
-    MatrixXd each(assembly_.n(), friction.cols());
-    for (Index i = 0; i < friction.cols(); ++i) {
-      each.col(i) = friction.col(i).isZero(0) ? VectorXd(VectorXd::Zero(assembly_.n())) : acceleration(friction.col(i));
-      alone = std::max(alone, each.col(i).norm());
-    }
-    if (!(alone * inertia > kHeldByOthers * friction.cwiseAbs().maxCoeff()) ||
-        !((each * none).norm() > tells_apart * alone))
+    if (!(alone * inertia > kHeldByOthers * friction.cwiseAbs().maxCoeff())) continue;
+    if (!((each * none).norm() > tells_apart * alone)) {
+      if (DerivativesWanted::by_anybody()) tell_kinks(sliding, rows, each, none);
       continue;
+    }
     std::vector<std::string> names;
     for (const WatchedContact* c : sliding) names.push_back(c->force->path());
     throw SolverError(fmt::format(
@@ -274,6 +318,36 @@ void ContactShares::require_determined(const StateView& s, ImpulseBalance& balan
         "contacts hold one body (three in space, two in the plane), or take kind = \"compliant\".",
         s.t, fmt::join(names, ", ")));
   }
+}
+
+// By a coefficient of friction mu_i of its own what share i does changes by each_i/mu_i.
+void ContactShares::tell_kinks(const std::vector<const WatchedContact*>& sliding, const std::vector<int>& rows,
+                               const MatrixXd& each, const MatrixXd& none) const {
+  bool turn = false;
+  std::vector<std::string> unlike, names;
+  const double size = each.norm();
+  for (const Parameter& p : assembly_.parameters().parameters) {
+    MatrixXd change = MatrixXd::Zero(each.rows(), none.cols());
+    for (const WatchedContact* c : sliding) {
+      const Index i = std::find(rows.begin(), rows.end(), c->first_row) - rows.begin();
+      const int number = c->force->numbers()[static_cast<std::size_t>(c->contact->friction_number())];
+      const double mu = contact_number(*c, c->contact->friction_number(), assembly_);
+      for (const auto& [bound, factor] : p.bindings)
+        if (bound == number && mu > 0) change += factor / mu * p.scale * each.col(i) * none.row(i);
+    }
+    if (change.norm() > kTellsApart * size) unlike.push_back(p.name);
+  }
+  for (const WatchedContact* c : sliding) {
+    names.push_back(c->force->path());
+    turn = turn || slides_in_space(*c);
+  }
+  if (turn) unlike.emplace_back("what turns a body");
+  if (unlike.empty()) return;
+  notice(fmt::format(
+      "Contacts that slide ({}) are more than determine who bears how much of a weight. They do so alike, so "
+      "that the motion is determined; by parameters that make them unlike ({}) psi has a kink, and "
+      "derivatives are those with the shares that the formulation chooses.",
+      fmt::join(names, ", "), fmt::join(unlike, ", ")));
 }
 
 }  // namespace costate

@@ -39,13 +39,18 @@ class ContactShares {
     bool shares_weight() const;
   };
   /// Null where its own share is determined, or may grow without a limit, or where the state's shares are all within
-  /// their cones, unless `anyhow`. Valid until the next call.
-  const Held* find(int contact, const StateView& s, ImpulseBalance& balance, bool anyhow = false);
+  /// their cones, unless `anyhow`. Velocities are known to `error`. Valid until the next call.
+  const Held* find(int contact, const StateView& s, ImpulseBalance& balance, double error, bool anyhow = false);
   /// Throws SolverError where contacts that slide share a weight in shares that are not determined, and friction makes
-  /// accelerations of that: of all parts, or behind an event of one, with velocities known to `error`.
+  /// accelerations of that: of all parts, or behind an event of one, with velocities known to `error`. Where it makes
+  /// none, but would by some parameter, whoever wants derivatives is told.
   void require_determined(const StateView& s, ImpulseBalance& balance, double error, int part = -1);
 
  private:
+  /// Notice of the parameters that make unlike what slides alike, where there are such: of rows whose shares do
+  /// accelerations `each` and are free along the columns of `none`.
+  void tell_kinks(const std::vector<const WatchedContact*>& sliding, const std::vector<int>& rows,
+                  const Eigen::MatrixXd& each, const Eigen::MatrixXd& none) const;
   bool is_closed(const WatchedContact& c, const StateView& s) const {
     return c.closed_state >= 0 && s.z[c.closed_state] > 0.5;
   }
@@ -63,7 +68,13 @@ class ContactShares {
   std::vector<int> coordinates_of(int part) const;
   /// What goes with a multiplier of these rows (coordinates of the part x rows): friction of contacts that slide.
   Eigen::MatrixXd friction_of(int part, const StateView& s, const std::vector<int>& rows) const;
-  std::vector<Group> find_groups(int part, const StateView& s, ImpulseBalance& balance) const;
+  std::vector<Group> find_groups(int part, const StateView& s, ImpulseBalance& balance, double error) const;
+  /// Changes of the rows' shares that do nothing, orthonormal columns, where the balance is prepared.
+  Eigen::MatrixXd idle_changes(int part, const StateView& s, const std::vector<int>& rows, ImpulseBalance& balance,
+                               double error) const;
+  /// What columns of forces on these coordinates do, as the constraints leave it; n rows.
+  Eigen::MatrixXd accelerations(const Eigen::MatrixXd& forces, const std::vector<int>& coordinates,
+                                ImpulseBalance& balance) const;
 
   Assembly& assembly_;
   const std::vector<WatchedContact>& contacts_;

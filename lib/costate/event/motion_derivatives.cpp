@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "costate/base/error.h"
-#include "costate/base/notice.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/crossing_rate.h"
@@ -111,13 +110,6 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
     return false;
   }
   if (friction_falls(of(event))) return false;
-  const bool begins = contact_guard(event) != Guard::release;
-  if (const auto* together = begins ? held(of(event), before, true) : nullptr; together && together->shares_weight())
-    notice(fmt::format(
-        "At '{}' more contacts begin to slide than determine who bears how much of a weight. They slide alike, so that "
-        "the motion is determined; by parameters that make them unlike (one contact's friction, what turns a body) psi "
-        "has a kink, and derivatives are those with the shares that the formulation chooses.",
-        of(event).name));
   // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < minus.a.size(); ++i) {

@@ -144,8 +144,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
   if (needs_multipliers_) {
     const StateView last = states(to);  // not kept: the look at it is the last one, and a level goes on from there
     for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
-    if (impact_)
-      shares_->require_determined(last, impact_->balance(), slip_error_.relative * fastest_ + slip_error_.absolute);
+    if (impact_) shares_->require_determined(last, impact_->balance(), velocity_error());
   }
   const bool anew = !(from == looked_until_);
   choose_looks(from, to, placed);

@@ -281,6 +281,8 @@ class MotionEvents {
   /// A run begins at this state: that what slides there can.
   void require_sliding(const StateView& s);
   // In event/resting_together.cpp.
+  /// What velocities are known to.
+  double velocity_error() const { return slip_error_.relative * fastest_ + slip_error_.absolute; }
   /// With whom its contact shares what it holds (event/contact_shares.h), of a guard of multipliers in space, where
   /// the state's own shares are not within their limits, or `anyhow`; else null.
   const ContactShares::Held* held(const GuardOf& g, const StateView& s, bool anyhow = false);

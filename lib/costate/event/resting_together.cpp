@@ -15,7 +15,8 @@ constexpr double kTakesPart = 1e-4;
 }  // namespace
 
 const ContactShares::Held* MotionEvents::held(const GuardOf& g, const StateView& s, bool anyhow) {
-  return by_multipliers(g) && impact_ ? shares_->find(g.contact, s, impact_->balance(), anyhow) : nullptr;
+  return by_multipliers(g) && impact_ ? shares_->find(g.contact, s, impact_->balance(), velocity_error(), anyhow)
+                                      : nullptr;
 }
 
 std::vector<const WatchedContact*> MotionEvents::let_go(const GuardOf& g, const StateView& sticking,

@@ -18,7 +18,8 @@ namespace costate {
 struct CycleOptions {
   int max_iterations = 30;
   double accepted = 1e3;  // largest residual that counts as a fixed point, in tolerances
-  bool estimate = true;   // repeat the search at a tenth of the tolerance: its result, and errors by the difference
+  bool estimate = true;   // repeat the search at a tenth and three hundredths of the tolerance: the last one's result,
+                          // and errors by the largest difference
   bool derivatives = true;
   bool multiplier = false;                                       // of the largest multiplier, too: some ten runs more
   std::function<void(int iteration, double residual)> progress;  // or empty
@@ -44,7 +45,7 @@ struct CycleResult {
   // Rows: of the fixed point's entries; of the period, the travel, psi. Columns: parameters. Empty without any.
   Eigen::MatrixXd x_rho;
   Eigen::VectorXd period_rho, travel_rho, psi_rho;
-  /// Those of the search at the problem's own tolerance may be off by as much; empty where that was not estimated.
+  /// What they differ by from those of the looser searches; empty where that was not estimated.
   Eigen::MatrixXd x_rho_error;
   Eigen::VectorXd period_rho_error, travel_rho_error, speed_rho_error, psi_rho_error;
   /// Of the largest modulus (cycle/multiplier_derivative.h), with estimated errors; empty where they were not asked for

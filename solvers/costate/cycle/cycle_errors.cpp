@@ -7,51 +7,81 @@
 
 namespace costate {
 
-void pool_errors(const std::vector<SectionCoordinate>& coordinates, double period, const Eigen::VectorXd& x,
-                 Eigen::VectorXd& error) {
-  constexpr double kByChance = 0.3, kAtRest = 1e-3;
-  for (const std::string unit : {"m", "rad"}) {
-    // Per unit of x: positions, and speeds by how far one that swings with the period goes; zero for others.
-    const auto way = [&](Eigen::Index i) {
-      const std::string& own = coordinates[static_cast<std::size_t>(i)].unit;
-      return own == unit ? 1.0 : own == unit + "/s" ? period / (2 * std::numbers::pi) : 0.0;
-    };
-    double size = 0, most = 0;
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      size = std::max(size, way(i) * std::abs(x[i]));
-      most = std::max(most, way(i) * error[i]);
-    }
-    if (!(size > 0) || most > kAtRest * size) continue;  // nothing of this unit moves
+namespace {
+/// Per unit of x, of lengths ("m") or of angles ("rad"): positions, and speeds by how far one that swings with the
+/// period goes; 0 for others.
+double way(const std::string& kind, const std::string& unit, double period) {
+  return unit == kind ? 1.0 : unit == kind + "/s" ? period / (2 * std::numbers::pi) : 0.0;
+}
+const std::string kKinds[] = {"m", "rad"};
+}  // namespace
+
+Eigen::VectorXd comparable_sizes(const std::vector<std::string>& units, double period, const Eigen::VectorXd& x) {
+  const auto unit = [&](Eigen::Index i) -> const std::string& { return units[static_cast<std::size_t>(i)]; };
+  Eigen::VectorXd size = Eigen::VectorXd::Zero(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    for (Eigen::Index j = 0; j < x.size(); ++j)
+      if (unit(i) == unit(j)) size[i] = std::max(size[i], std::abs(x[j]));
+  for (const std::string& kind : kKinds)
     for (Eigen::Index i = 0; i < x.size(); ++i)
-      if (way(i) > 0) error[i] = std::max(error[i], kByChance * most / size * std::abs(x[i]));
+      for (Eigen::Index j = 0; j < x.size(); ++j)
+        if (const double own = way(kind, unit(i), period), other = way(kind, unit(j), period); own > 0 && other > 0)
+          size[i] = std::max(size[i], other / own * std::abs(x[j]));
+  return size;
+}
+
+void pool_errors(const std::vector<std::string>& units, double period, const Eigen::VectorXd& x, Eigen::VectorXd& error,
+                 bool anyhow) {
+  constexpr double kAtRest = 1e-3;
+  const Eigen::VectorXd size = comparable_sizes(units, period, x);
+  for (const std::string& kind : kKinds) {
+    double most = 0;  // of the sizes
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (way(kind, units[static_cast<std::size_t>(i)], period) > 0 && size[i] > 0)
+        most = std::max(most, error[i] / size[i]);
+    if (!anyhow && most > kAtRest) continue;
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (way(kind, units[static_cast<std::size_t>(i)], period) > 0)
+        error[i] = std::max(error[i], kByChance * most * std::abs(x[i]));
   }
+}
+
+double scaled_size(const Eigen::VectorXd& by, const std::vector<Parameter>& parameters) {
+  double size = 0;
+  for (Eigen::Index j = 0; j < by.size(); ++j)
+    size = std::max(size, parameters[static_cast<std::size_t>(j)].scale * std::abs(by[j]));
+  return size;
 }
 
 Eigen::VectorXd derivative_errors(const Eigen::VectorXd& by, const Eigen::VectorXd& loose,
                                   const std::vector<Parameter>& parameters) {
-  constexpr double kByChance = 0.3;
   Eigen::VectorXd error = (by - loose).cwiseAbs();
-  double size = 0, most = 0;
-  for (Eigen::Index j = 0; j < by.size(); ++j) {
-    const double scale = parameters[static_cast<std::size_t>(j)].scale;
-    size = std::max(size, scale * std::abs(by[j]));
-    most = std::max(most, scale * error[j]);
-  }
+  const double size = scaled_size(by, parameters), most = scaled_size(error, parameters);
   if (size > 0) error = error.cwiseMax(kByChance * most / size * by.cwiseAbs());
   return error;
 }
 
-Eigen::MatrixXd derivative_errors(const std::vector<SectionCoordinate>& coordinates, double period,
-                                  const Eigen::MatrixXd& by, const Eigen::MatrixXd& loose,
-                                  const std::vector<Parameter>& parameters) {
+Eigen::MatrixXd derivative_errors(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
+                                  const Eigen::MatrixXd& loose, const std::vector<Parameter>& parameters) {
   Eigen::MatrixXd errors(by.rows(), by.cols());
   for (Eigen::Index i = 0; i < by.rows(); ++i) errors.row(i) = derivative_errors(by.row(i), loose.row(i), parameters);
   for (Eigen::Index j = 0; j < by.cols(); ++j) {
     Eigen::VectorXd error = errors.col(j);
-    pool_errors(coordinates, period, by.col(j), error);
+    pool_errors(units, period, by.col(j), error, true);
     errors.col(j) = error;
   }
   return errors;
+}
+
+double relative_error(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
+                      const Eigen::MatrixXd& error, const std::vector<Parameter>& parameters) {
+  Eigen::VectorXd rows(by.rows());
+  for (Eigen::Index i = 0; i < by.rows(); ++i) rows[i] = scaled_size(by.row(i), parameters);
+  const Eigen::VectorXd sizes = comparable_sizes(units, period, rows);
+  double most = 0;
+  for (Eigen::Index i = 0; i < by.rows(); ++i)
+    if (sizes[i] > 0) most = std::max(most, scaled_size(error.row(i), parameters) / sizes[i]);
+  return most;
 }
 
 }  // namespace costate

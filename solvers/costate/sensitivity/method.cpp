@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/analysis/redundant_parameters.h"
+#include "costate/base/derivatives_wanted.h"
 #include "costate/base/error.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/cost_domain.h"
@@ -167,6 +168,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const SensitivityMethod& method = find_sensitivity_method(name);
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
+  const DerivativesWanted wanted;
   problem.check_values(rho);
   if (!method.perturbs && !rho.empty())
     check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);

@@ -55,15 +55,22 @@ DependentContacts::DependentContacts(const Mechanism& mechanism) {
   }
 }
 
+// Asked of all rows at each evaluation: joints' are there always, and are passed by.
 bool DependentContacts::depends(int i, const Assembly& assembly) const {
   if (part_of(i) < 0) return false;
   const Part& part = parts_[static_cast<std::size_t>(part_of(i))];
-  const auto is_there = [&](std::size_t k) { return assembly.is_there(part.rows[k]); };
-  bool same = part.there.size() == part.rows.size();
-  for (std::size_t k = 0; same && k < part.rows.size(); ++k) same = (part.there[k] != 0) == is_there(k);
+  const int own = places_[static_cast<std::size_t>(i)].at;
+  bool of_contact = false, same = !part.there.empty();
+  for (const std::vector<int>& contact : part.contacts)
+    for (const int at : contact) {
+      const auto k = static_cast<std::size_t>(at);
+      of_contact = of_contact || at == own;
+      same = same && (part.there[k] != 0) == assembly.is_there(part.rows[k]);
+    }
+  if (!of_contact) return false;
   if (!same) {
     std::vector<char> there(part.rows.size());
-    for (std::size_t k = 0; k < there.size(); ++k) there[k] = is_there(k) ? 1 : 0;
+    for (std::size_t k = 0; k < there.size(); ++k) there[k] = assembly.is_there(part.rows[k]) ? 1 : 0;
     auto known = part.known.find(there);
     if (known == part.known.end()) {
       std::vector<char> depend = find(part, assembly);
@@ -73,7 +80,7 @@ bool DependentContacts::depends(int i, const Assembly& assembly) const {
     part.there = std::move(there);
     part.depend = known->second;
   }
-  return part.depend[static_cast<std::size_t>(places_[static_cast<std::size_t>(i)].at)] != 0;
+  return part.depend[static_cast<std::size_t>(own)] != 0;
 }
 
 // Of the kernel N of the transposed rows that are there, those rows depend whose entries are not zero. A contact whose

@@ -302,9 +302,8 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
           return false;
         continue;
       }
-      const auto* together = impact_ ? shares_->find(static_cast<int>(&at - contacts_.data()), solved,
-                                                     impact_->balance(), velocity_error())
-                                     : nullptr;
+      const int number = static_cast<int>(&at - contacts_.data());
+      const auto* together = impact_ ? shares_->find(number, solved, impact_->balance(), velocity_error()) : nullptr;
       if ((together ? together->weight() : -lambda[0]) < -kContactRounding * forces) return false;
       if (at.sliding_state < 0 || begins(at)) continue;
       if (const int direction = slides(ways[c]); direction == 0) {

@@ -8,6 +8,7 @@
 #include "accuracy.h"
 #include "command.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/cycle_errors.h"
 #include "cycle_accuracy.h"
 #include "cycle_branch.h"
 #include "digits.h"
@@ -185,11 +186,7 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
     };
     // No digit beyond the error, nor beyond the tolerance's among what the others make of the same number.
     const auto known = [&](const Eigen::VectorXd& by, const Eigen::VectorXd& error, Eigen::Index k) {
-      double largest = 0;
-      const auto& list = p.parameters.parameters;
-      for (std::size_t i = 0; i < list.size(); ++i)
-        largest = std::max(largest, std::abs(by[static_cast<Eigen::Index>(i)]) * list[i].scale);
-      largest /= list[static_cast<std::size_t>(k)].scale;
+      const double largest = scaled_size(by, p.parameters) / p.parameters.parameters[static_cast<std::size_t>(k)].scale;
       if (error.size() == 0) return fmt::format("{:.7g}", shown(by[k], largest));
       return known_digits(shown(by[k], largest), std::max(error[k], p.solver.rtol * largest));
     };

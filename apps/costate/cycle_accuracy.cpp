@@ -22,7 +22,7 @@ constexpr double kFirstTolerance = 0.1, kLoosestTolerance = 1e-4, kTightestToler
 constexpr double kAimedAt = 0.4;
 
 /// The largest error and what it is of, derivatives included where there are any.
-std::pair<double, std::string> worst_of(const CycleResult& r, const std::vector<Parameter>& parameters, bool costs,
+std::pair<double, std::string> worst_of(const CycleResult& r, const ParameterSelection& parameters, bool costs,
                                         bool travels) {
   std::pair<double, std::string> worst = {0, "period"};
   const auto count = [&](double error, double size, const std::string& of) {
@@ -84,7 +84,7 @@ AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, dou
     }
     if (found) {
       std::tie(a.relative, a.worst) =
-          worst_of(a.result, setup.problem.parameters.parameters, !cost.running.empty() || !cost.terminal.empty(),
+          worst_of(a.result, setup.problem.parameters, !cost.running.empty() || !cost.terminal.empty(),
                    !setup.scene.cycle->travel.empty());
       a.met = a.relative <= accuracy;
       if (a.met || rtol <= kTightestTolerance) {

@@ -15,7 +15,7 @@
 #include "costate/base/notice.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/spatial_slip.h"
-#include "costate/linear/to_dense.h"
+#include "costate/linear/dense_block.h"
 #include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
@@ -155,13 +155,15 @@ std::vector<int> ContactShares::coordinates_of(int part) const {
 // lambda_k = -mu lambda_n sigma_k of the rows along the ground.
 MatrixXd ContactShares::friction_of(int part, const StateView& s, const std::vector<int>& rows) const {
   const std::vector<int> coordinates = coordinates_of(part);
-  const MatrixXd reactions = to_dense(assembly_.jacobian(), assembly_.reaction_jacobian().data());
   MatrixXd friction = MatrixXd::Zero(static_cast<Index>(coordinates.size()), static_cast<Index>(rows.size()));
   for (const WatchedContact& c : contacts_)
     if (const auto at = std::find(rows.begin(), rows.end(), c.first_row);
         at != rows.end() && is_closed(c, s) && slides(c, s))
-      friction.col(at - rows.begin()) -= contact_number(c, c.contact->friction_number(), assembly_) *
-                                         reactions(rows_along(c), coordinates).transpose() * way_of(c, s, assembly_);
+      friction.col(at - rows.begin()) -=
+          contact_number(c, c.contact->friction_number(), assembly_) *
+          dense_block(assembly_.jacobian(), assembly_.reaction_jacobian().data(), rows_along(c), coordinates)
+              .transpose() *
+          way_of(c, s, assembly_);
   return friction;
 }
 
@@ -186,7 +188,7 @@ MatrixXd ContactShares::accelerations(const MatrixXd& forces, const std::vector<
 MatrixXd ContactShares::idle_changes(int part, const StateView& s, const std::vector<int>& rows,
                                      ImpulseBalance& balance, double error) const {
   const std::vector<int> coordinates = coordinates_of(part);
-  const MatrixXd by_row = to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates).transpose(),
+  const MatrixXd by_row = dense_block(assembly_.jacobian(), assembly_.phi_q.data(), rows, coordinates).transpose(),
                  friction = friction_of(part, s, rows);
   const MatrixXd all = null_space(by_row + friction);
   if (friction.isZero(0)) return all;
@@ -294,7 +296,7 @@ void ContactShares::require_determined(const StateView& s, ImpulseBalance& balan
     balance.prepare(s);
     const std::vector<int> rows = rows_of_part(part, s), coordinates = coordinates_of(part);
     const MatrixXd none =
-        null_space(to_dense(assembly_.jacobian(), assembly_.phi_q.data())(rows, coordinates).transpose());
+        null_space(dense_block(assembly_.jacobian(), assembly_.phi_q.data(), rows, coordinates).transpose());
     depend_[{part, std::move(modes)}] = none.cols() > 0;
     if (none.cols() == 0) continue;
     const MatrixXd friction = friction_of(part, s, rows);

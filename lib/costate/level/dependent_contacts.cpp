@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "costate/element/switched_rows.h"
+#include "costate/linear/dense_block.h"
 #include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
@@ -87,13 +88,7 @@ bool DependentContacts::depends(int i, const Assembly& assembly) const {
 // part of N no other contact's goes with shares with joints alone.
 std::vector<char> DependentContacts::find(const Part& part, const Assembly& assembly) {
   const auto m = static_cast<Eigen::Index>(part.rows.size()), n = static_cast<Eigen::Index>(part.coordinates.size());
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, n);
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < n; ++j)
-      if (const auto at = assembly.jacobian().find(part.rows[static_cast<std::size_t>(i)],
-                                                   part.coordinates[static_cast<std::size_t>(j)]);
-          at >= 0)
-        J(i, j) = assembly.phi_q[static_cast<std::size_t>(at)];
+  Eigen::MatrixXd J = dense_block(assembly.jacobian(), assembly.phi_q.data(), part.rows, part.coordinates);
   for (Eigen::Index j = 0; j < n; ++j)
     if (const double size = J.col(j).cwiseAbs().maxCoeff(); size > 0) J.col(j) /= size;
   std::vector<Eigen::Index> there;

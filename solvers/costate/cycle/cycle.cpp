@@ -7,11 +7,13 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/cycle_derivatives.h"
 #include "costate/cycle/cycle_errors.h"
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_search.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/multiplier_derivative.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -56,7 +58,7 @@ void differentiate(const ReturnMap& map, CycleResult& r) {
 }
 
 /// Widens r's errors of derivatives by those of a search at a looser tolerance.
-void estimate_derivatives(const Looser& loose, const std::vector<Parameter>& parameters, CycleResult& r) {
+void estimate_derivatives(const Looser& loose, const ParameterSelection& parameters, CycleResult& r) {
   const auto widen = [&](auto& error, const auto& other) {
     error = error.size() == 0 ? other : other.cwiseMax(error).eval();
   };
@@ -79,12 +81,11 @@ void differentiate_multiplier(const CycleSearch& search, const ReturnMap& map, c
     r.multiplier_rho_error = m.error;
     if (r.x_rho_error.size() > 0) {
       // Its own estimate is of runs from one fixed point.
-      const auto& parameters = map.problem().parameters.parameters;
-      const double known = relative_error(r.units, r.period.value, r.x_rho, r.x_rho_error, parameters),
-                   size = scaled_size(m.by_rho, parameters);
-      for (Eigen::Index j = 0; j < m.error.size(); ++j)
-        r.multiplier_rho_error[j] =
-            std::max(m.error[j], kByChance * known * size / parameters[static_cast<std::size_t>(j)].scale);
+      const auto& parameters = map.problem().parameters;
+      const double known = relative_error(r.units, r.period.value, r.x_rho, r.x_rho_error, parameters);
+      const Eigen::VectorXd scale = scales(parameters).head(m.error.size());
+      r.multiplier_rho_error =
+          m.error.cwiseMax(kByChance * known * scaled_size(m.by_rho, parameters) * scale.cwiseInverse());
     }
     r.multiplier_method = multiplier_method(m);
     if (by_multiplier == 0) return;
@@ -236,7 +237,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   r.psi_values = whole.by_values(r.map);
   if (derivatives) {
     differentiate(whole.map(), r);
-    for (const Looser& loose : looser) estimate_derivatives(loose, problem.parameters.parameters, r);
+    for (const Looser& loose : looser) estimate_derivatives(loose, problem.parameters, r);
     differentiate_multiplier(search, whole.map(), options, r);
   }
   add_state(problem, map, search, r);

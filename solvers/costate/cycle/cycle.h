@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "costate/cycle/cycle_derivatives.h"
 #include "costate/cycle/cycle_values.h"
 #include "costate/cycle/multipliers.h"
 #include "costate/cycle/return_map.h"
@@ -62,8 +61,7 @@ struct CycleResult {
 
   double speed() const { return travel.value / period.value; }  // m/s
   double largest() const { return multipliers.empty() ? 0 : std::abs(multipliers.front()); }
-  CycleDerivatives derivatives() const { return {x_rho, period_rho, travel_rho, psi_rho}; }
-  Eigen::VectorXd speed_rho() const { return derivatives().speed(travel.value, period.value); }
+  Eigen::VectorXd speed_rho() const { return (travel_rho - speed() * period_rho) / period.value; }
   CycleValues values() const { return {period.value, travel.value, speed(), largest()}; }
   /// None where the largest multiplier is as near to 1 as it may be off by: motions that conserve are not judged.
   std::optional<bool> stable() const;

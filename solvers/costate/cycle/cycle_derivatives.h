@@ -12,10 +12,6 @@ namespace costate {
 struct CycleDerivatives {
   Eigen::MatrixXd x;
   Eigen::VectorXd period, travel, psi;
-
-  Eigen::VectorXd speed(double travel_m, double period_s) const {
-    return (travel - travel_m / period_s * period) / period_s;
-  }
 };
 
 /// Of the cycle through the fixed point of `map`, with its value `v` there that has all derivatives, and psi's own by

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <string>
 
+#include "costate/problem/scaled_gradient.h"
+
 namespace costate {
 
 namespace {
@@ -46,15 +48,12 @@ void pool_errors(const std::vector<std::string>& units, double period, const Eig
   }
 }
 
-double scaled_size(const Eigen::VectorXd& by, const std::vector<Parameter>& parameters) {
-  double size = 0;
-  for (Eigen::Index j = 0; j < by.size(); ++j)
-    size = std::max(size, parameters[static_cast<std::size_t>(j)].scale * std::abs(by[j]));
-  return size;
+double scaled_size(const Eigen::VectorXd& by, const ParameterSelection& parameters) {
+  return by.cwiseProduct(scales(parameters).head(by.size())).lpNorm<Eigen::Infinity>();
 }
 
 Eigen::VectorXd derivative_errors(const Eigen::VectorXd& by, const Eigen::VectorXd& loose,
-                                  const std::vector<Parameter>& parameters) {
+                                  const ParameterSelection& parameters) {
   Eigen::VectorXd error = (by - loose).cwiseAbs();
   const double size = scaled_size(by, parameters), most = scaled_size(error, parameters);
   if (size > 0) error = error.cwiseMax(kByChance * most / size * by.cwiseAbs());
@@ -62,7 +61,7 @@ Eigen::VectorXd derivative_errors(const Eigen::VectorXd& by, const Eigen::Vector
 }
 
 Eigen::MatrixXd derivative_errors(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
-                                  const Eigen::MatrixXd& loose, const std::vector<Parameter>& parameters) {
+                                  const Eigen::MatrixXd& loose, const ParameterSelection& parameters) {
   Eigen::MatrixXd errors(by.rows(), by.cols());
   for (Eigen::Index i = 0; i < by.rows(); ++i) errors.row(i) = derivative_errors(by.row(i), loose.row(i), parameters);
   for (Eigen::Index j = 0; j < by.cols(); ++j) {
@@ -74,7 +73,7 @@ Eigen::MatrixXd derivative_errors(const std::vector<std::string>& units, double 
 }
 
 double relative_error(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
-                      const Eigen::MatrixXd& error, const std::vector<Parameter>& parameters) {
+                      const Eigen::MatrixXd& error, const ParameterSelection& parameters) {
   Eigen::VectorXd rows(by.rows());
   for (Eigen::Index i = 0; i < by.rows(); ++i) rows[i] = scaled_size(by.row(i), parameters);
   const Eigen::VectorXd sizes = comparable_sizes(units, period, rows);

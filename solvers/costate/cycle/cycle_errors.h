@@ -14,7 +14,7 @@ namespace costate {
 inline constexpr double kByChance = 0.3;
 
 /// The largest of a gradient's entries times the parameters' scales.
-double scaled_size(const Eigen::VectorXd& by, const std::vector<Parameter>& parameters);
+double scaled_size(const Eigen::VectorXd& by, const ParameterSelection& parameters);
 /// The largest of what each entry of x is to be compared with: of positions and speeds together, of lengths or of
 /// angles, as speeds of what swings with the period [s], in the entry's own unit; of others by unit.
 Eigen::VectorXd comparable_sizes(const std::vector<std::string>& units, double period, const Eigen::VectorXd& x);
@@ -27,13 +27,13 @@ void pool_errors(const std::vector<std::string>& units, double period, const Eig
 /// By those of a search at a looser tolerance: no entry of a row is known to a smaller part than three tenths of its
 /// largest error over its largest derivative, by parameters times their scales, as two may agree by chance.
 Eigen::VectorXd derivative_errors(const Eigen::VectorXd& by, const Eigen::VectorXd& loose,
-                                  const std::vector<Parameter>& parameters);
+                                  const ParameterSelection& parameters);
 /// Of the entries of x, a row each, likewise, each column pooled as x itself is.
 Eigen::MatrixXd derivative_errors(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
-                                  const Eigen::MatrixXd& loose, const std::vector<Parameter>& parameters);
+                                  const Eigen::MatrixXd& loose, const ParameterSelection& parameters);
 
 /// The largest of such errors, scaled, over what is comparable.
 double relative_error(const std::vector<std::string>& units, double period, const Eigen::MatrixXd& by,
-                      const Eigen::MatrixXd& error, const std::vector<Parameter>& parameters);
+                      const Eigen::MatrixXd& error, const ParameterSelection& parameters);
 
 }  // namespace costate

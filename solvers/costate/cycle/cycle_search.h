@@ -27,11 +27,7 @@ class CycleSearch {
   void begin() { look(x, positions); }
   /// Newton's steps until the residual does not fall any more.
   void solve();
-  Eigen::MatrixXd monodromy() const { return reduced(value.next_x); }
-  Eigen::MatrixXd reduced(const Eigen::MatrixXd& full) const {
-    const auto& free = map_.section().free();
-    return full(free, free);
-  }
+  Eigen::MatrixXd monodromy() const { return value.next_x(map_.section().free(), map_.section().free()); }
 
  private:
   double tolerance(double at) const {

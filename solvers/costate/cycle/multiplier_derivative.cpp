@@ -11,7 +11,9 @@
 
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
+#include "costate/cycle/cycle_errors.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -284,13 +286,9 @@ void differentiate_by_differences(Beside& beside, const Leading& lead, const Mat
 
 /// No entry is known better than three tenths of the largest error, in the parameters' scales: two tolerances may come
 /// near each other by chance, and entries that are zero are sums of others.
-void pool(const std::vector<Parameter>& parameters, MultiplierDerivative& d) {
-  constexpr double kByChance = 0.3;
-  double most = 0;
-  for (Eigen::Index j = 0; j < d.error.size(); ++j)
-    most = std::max(most, parameters[static_cast<std::size_t>(j)].scale * d.error[j]);
-  for (Eigen::Index j = 0; j < d.error.size(); ++j)
-    d.error[j] = std::max(d.error[j], kByChance * most / parameters[static_cast<std::size_t>(j)].scale);
+void pool(const ParameterSelection& parameters, MultiplierDerivative& d) {
+  const VectorXd scale = scales(parameters).head(d.error.size());
+  d.error = d.error.cwiseMax(kByChance * scaled_size(d.error, parameters) * scale.cwiseInverse());
 }
 
 }  // namespace
@@ -311,7 +309,7 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
   if (parameters > 0) try {
       differentiate_exactly(beside, lead, by, r);
       r.counters = beside.counters;
-      pool(map.problem().parameters.parameters, r);
+      pool(map.problem().parameters, r);
       return r;
     } catch (const CapabilityError& e) {
       r.not_exact = e.what();
@@ -321,7 +319,7 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
     }
   differentiate_by_differences(beside, lead, by, r);
   r.counters = beside.counters;
-  pool(map.problem().parameters.parameters, r);
+  pool(map.problem().parameters, r);
   return r;
 }
 

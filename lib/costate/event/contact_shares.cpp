@@ -71,11 +71,6 @@ ContactShares::ContactShares(Assembly& assembly, const std::vector<WatchedContac
           part_of_coordinate_[static_cast<std::size_t>(j)];
 }
 
-bool ContactShares::Held::shares_weight() const {
-  return std::any_of(group->cones.begin(), group->cones.end(),
-                     [&](const RestingCone& c) { return group->moves_nothing.row(c.first).norm() > kNoPart; });
-}
-
 RestingCone ContactShares::cone_of(const WatchedContact& c, const StateView& s, int first) const {
   const int count = rows_of(c, s);
   return {first, count, count > 1 ? contact_number(c, c.contact->sticking_number(), assembly_) : 0};

@@ -35,8 +35,6 @@ class ContactShares {
     /// What the best shares leave to the contact: to the limit of its friction, and of its weight.
     double margin() const { return margin_of(group->cones[own], shares.forces); }
     double weight() const { return shares.forces[group->cones[own].first]; }
-    /// Whether not friction alone is what is shared.
-    bool shares_weight() const;
   };
   /// Null where its own share is determined, or may grow without a limit, or where the state's shares are all within
   /// their cones, unless `anyhow`. Velocities are known to `error`. Valid until the next call.

@@ -252,6 +252,25 @@ TEST_CASE("cycle: gradients on the cycle by every kind of method", "[cycle]") {
                     Catch::Contains("is that of a table [cycle], which is missing"));
 }
 
+// A short blow once a period is all that depends on time: x'' + 0.6 x' + 16 x = 2 f with f = e^(k (cos(pi (t - 0.3)) -
+// 1)) of a Gaussian's width sigma = 1/(pi sqrt(k)) = 3.2 ms. As an impulse: v jumps by J = 2 sqrt(2 pi) sigma, and
+// motions behind it are multiplied by e^(s^2 sigma^2 / 2); the Gaussian is off by 1/(8 k) = 1.25e-5 of it, and 1 % of
+// s^2 sigma^2 is less. The run is at rtol 1e-9.
+TEST_CASE("cycle: a short blow once a period", "[cycle]") {
+  const Scene scene =
+      Scene::load(kCycles + "forced_oscillator.toml",
+                  {"couple.drive.torque_N_m={kind='formula', formula='exp(k*(cos(pi*(t - 0.3)) - 1))', k=1e4}",
+                   "parameter.amplitude.number=couple.drive.torque_N_m.k", "run.parameters=['stiffness']"});
+  const Problem p = make_problem(scene);
+  const CycleResult r = find_cycle(p, *scene.cycle, p.parameters.values());
+  const double pi = std::acos(-1.0), k = 1e4, sigma = 1 / (pi * std::sqrt(k)), J = 2 * std::sqrt(2 * pi) * sigma;
+  const Complex s(-0.3, std::sqrt(16 - 0.09));
+  // Of blows at 0.3 s and all that were before, at the period's end: the imaginary part.
+  const Complex sum = J / s.imag() * std::exp(s * (2 - 0.3) + 0.5 * s * s * sigma * sigma) / (1.0 - std::exp(2.0 * s));
+  CHECK(std::abs(r.x[0] - sum.imag()) <= 3e-5 * std::abs(sum));
+  CHECK(std::abs(r.x[1] - (s * sum).imag()) <= 3e-5 * std::abs(s * sum));
+}
+
 // What is no cycle is refused by name.
 TEST_CASE("cycle: refusals", "[cycle]") {
   using Catch::Contains;
@@ -265,6 +284,11 @@ TEST_CASE("cycle: refusals", "[cycle]") {
   says(forced, {"couple.drive.torque_N_m.amplitude=0"}, "Nothing here depends on time");
   says(forced, {"parameter.w.number=couple.drive.torque_N_m.angular_frequency_rad_per_s", "run.parameters=['w']"},
        "changes the period of the forces");
+  // A pulse between two looks at forces that are far apart, and no other force.
+  const std::string once = "couple.drive.torque_N_m={kind='bump', height_m=1, start_m=0.30, length_m=0.01}",
+                    its = "parameter.amplitude.number=couple.drive.torque_N_m.height_m";
+  says(forced, {once, its}, "this is no period of theirs");
+  says(forced, {once, its, "cycle={section={output='disk.angle', above=0}}"}, "Give 'period_s'");
   says(forced, {"cycle.section=spring touch"}, "found both");
   says(rayleigh, {"cycle={section='contact.foot touch'}"}, "There is no event 'contact.foot touch'");
   says(rayleigh, {"cycle.section.above=5"}, "never comes");

@@ -148,7 +148,9 @@ TEST_CASE("scene mistakes: numbers out of range") {
 TEST_CASE("scene mistakes: dangling names") {
   require_complaints({
       {"to = \"P\"\nmass", "to = \"P1\"\nmass", "17:6: bar.arm.to: There is no point 'P1'. Did you mean 'P'?"},
-      {"to = \"P\"\nmass", "to = \"Q\"\nmass", "17:6: bar.arm.to: There is no point 'Q'. Known: A, P."},
+      {"to = \"P\"\nmass", "to = \"Q\"\nmass",
+       "17:6: bar.arm.to: There is no point 'Q'. Known: A, P. A bar joins free points and points on the ground. What "
+       "leads to a point on a body is a [distance] (without mass), or a [body] with a [revolute] at each end."},
       {"given = [\"P.x\"]", "given = [\"P.x\", \"P.z\"]",
        "27:17: start.given[1]: There is no coordinate 'P.z'. Did you mean 'P.x'?"},
       {"spring.S1.stiffness", "spring.S2.stiffness",

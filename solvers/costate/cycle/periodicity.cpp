@@ -11,6 +11,7 @@
 #include "costate/cycle/return_map.h"
 #include "costate/element/gap_element.h"
 #include "costate/event/gap_trace.h"
+#include "costate/formulation/step_plan.h"
 
 namespace costate {
 
@@ -47,6 +48,17 @@ std::vector<double> turned_by_drivers(const std::vector<double>& q, const std::v
   }
   return turned;
 }
+
+/// The middles of what lies between the times at which laws of time begin, end or become others: a pulse may be all
+/// that depends on time.
+void add_middles(const StepPlan& plan, double from, double to, std::vector<double>& times) {
+  constexpr int kMost = 2000;
+  for (int k = 0; k < kMost && from < to; ++k) {
+    const double next = std::min(plan.next_time(from), to);
+    times.push_back(0.5 * (from + next));
+    from = next;
+  }
+}
 }  // namespace
 
 void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const {
@@ -76,17 +88,18 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     assembly.calc_dynamics(view(p.solver.t_start + span, here));
     later = turned_by_drivers(here, phi, {assembly.phi.begin(), assembly.phi.end()}, assembly.mechanism());
   }
-  const auto terms = [&](double t, const std::vector<double>& q) {
+  const auto terms = [&](double t, const std::vector<double>& q, bool derivatives) {
     const StateView s = view(t, q);
     assembly.calc_dynamics(s);
-    assembly.calc_partials(s);
-    Assembly::ParameterColumns c;
-    assembly.resize(c);
-    assembly.calc_parameter_columns(s, c);
     Terms r;
     r.gaps = gaps_at(s, assembly);
     for (const auto* part : {&assembly.Q, &assembly.phi, &assembly.phi_t, &assembly.bias, &assembly.zdot})
       r.values.insert(r.values.end(), part->begin(), part->end());
+    if (!derivatives) return r;
+    assembly.calc_partials(s);
+    Assembly::ParameterColumns c;
+    assembly.resize(c);
+    assembly.calc_parameter_columns(s, c);
     for (const auto* part : {&assembly.K, &assembly.C, &assembly.Q_z, &assembly.f_q, &assembly.f_v, &assembly.f_z})
       r.slopes.insert(r.slopes.end(), part->begin(), part->end());
     r.columns.resize(c.F.rows() + 3 * c.phi.rows() + c.f.rows(), np);
@@ -95,14 +108,19 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     return r;
   };
   constexpr double kSame = 1e-7;
-  const std::vector<double> parts = {0.0, 0.1379, 0.3417, 0.5731, 0.8123};
+  std::vector<double> times;
+  for (const double part : {0.0, 0.1379, 0.3417, 0.5731, 0.8123}) times.push_back(p.solver.t_start + part * span);
+  const std::size_t with_derivatives = times.size();
+  const double t_end = p.solver.t_start + span;
+  add_middles(StepPlan(assembly, p.objective, p.solver.t_start, t_end, view(p.solver.t_start, here)), p.solver.t_start,
+              t_end, times);
   std::vector<Terms> now, then;
   double size = 0, slope_size = 0, gap_size = 0;
   Eigen::VectorXd column_size = Eigen::VectorXd::Zero(np);
-  for (const double part : parts) {
-    const double t = p.solver.t_start + part * span;
-    now.push_back(terms(t, here));
-    then.push_back(terms(t + (period ? span : 0.4391 * span), later));
+  for (const double t : times) {
+    const bool derivatives = now.size() < with_derivatives;
+    now.push_back(terms(t, here, derivatives));
+    then.push_back(terms(t + (period ? span : 0.4391 * span), later, derivatives));
     for (const auto* side : {&now.back(), &then.back()}) {
       for (const double f : side->values) size = std::max(size, std::abs(f));
       for (const double g : side->gaps) gap_size = std::max(gap_size, std::abs(g));
@@ -125,7 +143,7 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     return false;
   };
   bool depends = false;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
+  for (std::size_t k = 0; k < times.size(); ++k) {
     double most = 0;  // of what they are
     const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
                              double of) {
@@ -136,19 +154,19 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     };
     compare(now[k].values, then[k].values, now[0].values, size);
     // A stiffness that changes in time is no force where the start is at rest in it.
-    compare(now[k].slopes, then[k].slopes, now[0].slopes, slope_size);
+    if (k < with_derivatives) compare(now[k].slopes, then[k].slopes, now[0].slopes, slope_size);
     compare(now[k].gaps, then[k].gaps, now[0].gaps, gap_size);
     if (most > kSame)
       throw ModelError(period ? "cycle.period_s" : "cycle.section",
                        period ? fmt::format("Forces or constraints at t = {:g} s and {:g} s later differ by {:.2g} of "
                                             "what they are: this is no period of theirs.",
-                                            p.solver.t_start + parts[k] * span, span, most)
+                                            times[k], span, most)
                               : "Forces or constraints depend on time, so that a state at the section does not say how "
                                 "the motion goes on. Give 'period_s' in the place of 'section'.");
-    for (int j = 0; period && j < np; ++j)
+    for (int j = 0; period && k < with_derivatives && j < np; ++j)
       if ((column_size[j] > 0 &&
            (now[k].columns.col(j) - then[k].columns.col(j)).cwiseAbs().maxCoeff() > kSame * column_size[j]) ||
-          moves_gaps_apart(j, p.solver.t_start + parts[k] * span))
+          moves_gaps_apart(j, times[k]))
         throw ModelError("cycle.period_s",
                          fmt::format("Parameter '{}' changes the period of the forces, while 'period_s' is a fixed "
                                      "number: the cycle has no derivative by it. Leave it out of the parameters.",

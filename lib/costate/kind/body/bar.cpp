@@ -30,12 +30,28 @@ AttachmentFrame bar_frame(const PlanarVector& ends, int length) {
   return frame;
 }
 
+/// A bar's inertia is that of coordinates of its ends: points on bodies have none, and come later.
+PlanarVector find_ends(const MechanismBuilder& builder, const std::string& path, const std::string& from,
+                       const std::string& to) {
+  try {
+    return find_line(builder, path, from, to);
+  } catch (const ModelError& e) {
+    const std::string& found = e.bare_message();
+    const bool unknown = found.starts_with("There is no point") && found.find("Did you mean") == std::string::npos;
+    throw ModelError(e.subject(), unknown ? found +
+                                                " A bar joins free points and points on the ground. What leads to a "
+                                                "point on a body is a [distance] (without mass), or a [body] with a "
+                                                "[revolute] at each end."
+                                          : found);
+  }
+}
+
 }  // namespace
 
 void add_bar(MechanismBuilder& builder, const std::string& name, const std::string& from, const std::string& to,
              const BarOptions& o) {
   const std::string path = "bar." + name;
-  const PlanarVector ends = find_line(builder, path, from, to);
+  const PlanarVector ends = find_ends(builder, path, from, to);
   const double distance = (builder.first_position(ends.to()) - builder.first_position(ends.from())).norm();
   const int mass = builder.add_number(path + ".mass_kg", o.mass_kg, NumberRule::non_negative);
   constexpr auto rule = NumberRule::positive;

@@ -58,7 +58,9 @@ int main(int argc, char** argv) {
     else if (is("--of")) {
       vehicles = std::strcmp(argv[++i], "vehicles") == 0;
       others = !*vehicles;
-    } else if (std::strcmp(argv[i], "--quick") == 0)
+    } else if (is("--tightest"))
+      tightest = std::atof(argv[++i]);
+    else if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
     else {
       fmt::print(stderr,

@@ -318,7 +318,9 @@ class Follower {
     if (const std::optional<Node> beyond = advance(found, further, &corrections)) {
       double moved = std::numeric_limits<double>::infinity();
       for (const auto& next : beyond->point.multipliers) moved = std::min(moved, critical(next));
-      if (moved > 0) ds = std::min(step, dm * further / moved);
+      // Where bisection ended early (at a branch point), what was found has not crossed exactly, either.
+      const double off = critical(m);
+      if (moved > off) ds = std::min(step, (dm + off) * further / (moved - off));
       turn = std::abs(beyond->tangent[k_] - found.tangent[k_]) / further;
     }
     return dp + scale_[k_] * (std::abs(found.tangent[k_]) + turn * ds) * ds;

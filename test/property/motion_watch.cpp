@@ -104,13 +104,15 @@ TEST_CASE("watch: a crank that drivers turn round and round stays on its branch"
 
 TEST_CASE("watch: redundant rows whose weight is lost in rounding are named") {
   // It had been said that a point of 2.8 t has no inertia; then that the weight is lost, where columns that are
-  // balanced have it: psi's derivative is that of maggi.
+  // balanced have it; then, of stages of Radau's scheme, that they are singular, where solutions can be refined: psi's
+  // derivative is that of maggi.
   const Problem p = case_of("redundant_in_grams", "augmented-lagrangian"),
                 exact = case_of("redundant_in_grams", "maggi");
-  CHECK(gradient(p, "cvodes-adjoint", p.parameters.values()).gradient[0] ==
-        Approx(gradient(exact, "cvodes-adjoint", exact.parameters.values()).gradient[0]).epsilon(1e-6));
-  CHECK_THAT(said([&] { gradient(p, "hand-tangent", p.parameters.values()); }),
-             Contains("error: ") && Contains("singular"));
+  const double right = gradient(exact, "cvodes-adjoint", exact.parameters.values()).gradient[0];
+  for (const char* method : {"cvodes-adjoint", "hand-tangent", "hand-adjoint"}) {
+    CAPTURE(method);
+    CHECK(gradient(p, method, p.parameters.values()).gradient[0] == Approx(right).epsilon(1e-6));
+  }
   // Where it is lost indeed.
   Problem lost = case_of("redundant_in_grams", "penalty");
   lost.formulation_options.set("penalty_alpha", 1e25);

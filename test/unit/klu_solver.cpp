@@ -169,6 +169,39 @@ TEST_CASE("klu: rows that depend on each other beside large masses, and what car
   check_badly_scaled<ComplexKluSolver, std::complex<double>>();
 }
 
+// A body of mass m and inertia 4 m r^2 / 3 at an Euler parameter e1, none at e0, which the norm 2 e0 holds; three feet
+// at r that stick, of two directions each, in rows that give by c. No balance of scales makes all pivots as large as
+// they are good: e0 has the feet's largest entries. Without c it is singular.
+TEST_CASE("klu: feet far from the middle of a heavy body", "[klu]") {
+  for (const double m : {2.0, 2e3, 2e4, 1e6})
+    for (const double r : {0.1, 1.0, 10.0, 100.0}) {
+      CAPTURE(m, r);
+      const int n = 11;
+      MatrixXd A = MatrixXd::Zero(n, n);
+      A.diagonal().head(4) << m, m, 0, 4 * m * r * r / 3;
+      A(4, 2) = A(2, 4) = 2;
+      const double feet[3][2] = {{r, -0.1 * r}, {-0.6 * r, 0.8 * r}, {-0.6 * r, -0.8 * r}};
+      for (int i = 0; i < 3; ++i) {
+        A.row(5 + 2 * i).head(4) << 1, 0, feet[i][0], -feet[i][1];
+        A.row(6 + 2 * i).head(4) << 0, 1, feet[i][1], feet[i][0];
+      }
+      A.topRightCorner(4, 7) = A.bottomLeftCorner(7, 4).transpose();
+      const SparsePattern p = full(n);
+      KluSolver singular(p);
+      CHECK(singular.factor(A.data()) >= 0);
+      for (int i = 5; i < n; ++i) A(i, i) = -5e-11 / m;
+      KluSolver solver(p);
+      REQUIRE(solver.factor(A.data()) == -1);
+      VectorXd x = VectorXd::Zero(n);
+      x.head(2) << m, 2 * m;
+      solver.solve(x.data());
+      // At rest, and what the feet bear is that force: of three alike in all but their places.
+      CHECK(x.head(4).cwiseAbs().maxCoeff() <= 1e-9);
+      CHECK(std::abs(x[5] + x[7] + x[9] - m) <= 1e-9 * m);
+      CHECK(std::abs(x[6] + x[8] + x[10] - 2 * m) <= 1e-9 * m);
+    }
+}
+
 TEST_CASE("klu: complex factors are kept outside and brought back, also across another order of pivots", "[klu]") {
   // A small diagonal makes other pivots than a large one; blocks and scales are among what is kept.
   const int n = 9;

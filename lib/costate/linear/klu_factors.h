@@ -26,6 +26,7 @@ struct RealKlu {
   static constexpr auto refactor = klu_l_refactor;
   static constexpr auto growth = klu_l_rgrowth;
   static constexpr auto condition = klu_l_rcond;
+  static constexpr auto solve = klu_l_solve;
   static constexpr auto free = klu_l_free_numeric;
 };
 
@@ -36,6 +37,7 @@ struct ComplexKlu {
   static constexpr auto refactor = klu_zl_refactor;
   static constexpr auto growth = klu_zl_rgrowth;
   static constexpr auto condition = klu_zl_rcond;
+  static constexpr auto solve = klu_zl_solve;
   static constexpr auto free = klu_zl_free_numeric;
 };
 
@@ -44,9 +46,12 @@ struct KluFactors {
   // A refactorization is kept while the reciprocal pivot growth stays within this factor of that of the last
   // full factorization; KLU's growth is 1 for perfect pivots.
   static constexpr double kGrowthLoss = 1e-3;
-  // Below this reciprocal condition estimate of the diagonal of U the matrix counts as singular: as it is, and with
-  // columns balanced as well as KLU's rows, where rounding is all that pivots are compared with.
+  // Below this reciprocal condition estimate of the diagonal of U the matrix may be singular: as it is, and with
+  // columns balanced as well as KLU's rows. It is unless solutions can be refined: pivots may be small because of
+  // scales that cannot all be balanced (an Euler parameter without inertia beside feet that are metres away).
   static constexpr double kSingular = 1e-15, kSingularBalanced = 1e-14;
+  // By so much of itself a correction may change a solution that can: of a singular matrix by about all of it.
+  static constexpr double kRefined = 1e-2;
   // Diagonal entries serve as pivots only down to this fraction of their column. KLU's own 1e-3 is for matrices with a
   // strong diagonal; in saddle matrices it costs two to three digits.
   static constexpr double kDiagonal = 0.1;
@@ -131,7 +136,8 @@ struct KluFactors {
         size = std::max(size, std::abs(values[Klu::numbers * k + part]));
       return size;
     });
-    const bool regular = factor_as_it_is(balanced(values), kSingularBalanced) < 0;
+    double* x = balanced(values);
+    const bool regular = factor_as_it_is(x, kSingularBalanced) < 0 || (numeric && refines(x));
     if (!regular) {
       drop();
       columns.clear();
@@ -160,6 +166,53 @@ struct KluFactors {
     }
     if (Klu::growth(starts(), rows(), values, symbolic, numeric, &common)) full_growth = common.rgrowth;
     return Klu::condition(symbolic, numeric, &common) && !(common.rcond > singular) ? dependent() : -1;
+  }
+
+  /// Whether a solution of A x = b, for some b of the rows' sizes, is corrected by little.
+  bool refines(double* values) {
+    const auto length = static_cast<std::size_t>(Klu::numbers * pattern->cols);
+    std::vector<double> size(static_cast<std::size_t>(pattern->cols), 0), b(length), x, left;
+    for_each_entry([&](std::size_t i, std::size_t, std::size_t k) {
+      for (std::size_t part = 0; part < Klu::numbers; ++part)
+        size[i] = std::max(size[i], std::abs(values[Klu::numbers * k + part]));
+    });
+    // Signs as good as random: no null direction is at a right angle to b.
+    std::uint64_t seed = 88172645463325252u;
+    for (std::size_t i = 0; i < length; ++i) {
+      seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+      b[i] = (seed >> 40 & 1 ? 1 : -1) * size[i / Klu::numbers];
+    }
+    const auto solved = [&](std::vector<double> r) {
+      Klu::solve(symbolic, numeric, pattern->cols, 1, r.data(), &common);
+      return r;
+    };
+    const auto norm = [](const std::vector<double>& v) {
+      double sum = 0;
+      for (const double c : v) sum += c * c;
+      return std::sqrt(sum);
+    };
+    left = b;
+    x = solved(b);
+    for_each_entry([&](std::size_t i, std::size_t j, std::size_t k) {
+      const double* a = values + Klu::numbers * k;
+      const double* u = &x[Klu::numbers * j];
+      double* r = &left[Klu::numbers * i];
+      if constexpr (Klu::numbers == 1) {
+        *r -= *a * *u;
+      } else {
+        r[0] -= a[0] * u[0] - a[1] * u[1];
+        r[1] -= a[0] * u[1] + a[1] * u[0];
+      }
+    });
+    return norm(solved(left)) <= kRefined * norm(x);  // false of what is no number
+  }
+  /// Calls f(row, column, entry).
+  template <class F>
+  void for_each_entry(const F& f) const {
+    std::size_t k = 0;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(pattern->cols); ++j)
+      for (const auto end = static_cast<std::size_t>(pattern->column_start[j + 1]); k < end; ++k)
+        f(static_cast<std::size_t>(pattern->row[k]), j, k);
   }
 
   /// The values with their columns multiplied, if they are.

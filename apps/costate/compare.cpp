@@ -240,7 +240,7 @@ class Compare {
   Json side_json(const CompareSide& side) const {
     Json j = run_json(side.setup, side.result, compares_gradients() ? side.setup.method : "", side.simulation_s);
     if (!side.has_cost()) j["psi"] = nullptr;
-    if (const auto& known = side.result.known_error) j["psi_error"] = known->psi;
+    if (const auto of_psi = psi_error_of({}, side.result.known_error)) j["psi_error"] = *of_psi;
     if (!compares_gradients()) j["parameters"] = Json::object();
     j["coordinates"] = side.mechanism().coordinate_count();
     j["multipliers"] = side.mechanism().row_count();

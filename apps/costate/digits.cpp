@@ -66,7 +66,8 @@ std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, co
 }
 
 std::optional<double> psi_error_of(std::optional<double> estimate, const std::optional<KnownError>& known) {
-  if (!known) return estimate;
+  // Whoever knows of the gradient alone knows nothing of psi.
+  if (!known || known->psi == 0) return estimate;
   return std::max(estimate.value_or(0), known->psi);
 }
 

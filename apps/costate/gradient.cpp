@@ -57,7 +57,9 @@ std::string derivatives_text(const Setup& setup, const GradientResult& r, double
 void add_known_error(const Setup& setup, const GradientResult& r, Json& j) {
   if (!r.known_error || knows_a_part(setup, r)) return;
   const Json& asked = j.at("psi_error");
-  j["psi_error"] = *psi_error_of(asked.is_number() ? std::optional(asked.get<double>()) : std::nullopt, r.known_error);
+  if (const auto of_psi =
+          psi_error_of(asked.is_number() ? std::optional(asked.get<double>()) : std::nullopt, r.known_error))
+    j["psi_error"] = *of_psi;
   const auto errors = gradient_error_of(r.gradient_error, r.known_error);
   if (errors.size() == r.gradient.size()) j["gradient_error"] = named(setup.problem.parameters.names(), errors);
 }

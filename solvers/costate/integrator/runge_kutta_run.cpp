@@ -38,6 +38,9 @@ constexpr long kPollEvaluations = 64;  // evaluations between calls of the monit
 constexpr double kBehindEvent = 1e-6;
 // To this part of a step where a force only bends: less than what is behind a step's begin (event/touch_watch.cpp).
 constexpr double kNearTouch = 1e-7;
+// An error estimate below this is nothing: steps grow by all they may. Or below so many roundings of the state, up to
+// what steps that have a say have.
+constexpr double kIdle = 1e-4, kIdleRounding = 0.1, kRoundings = 16;
 // Of velocities, the rounding of an estimate.
 constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
 }  // namespace
@@ -189,6 +192,20 @@ double RungeKuttaRun<Kind>::allowed_by_slip() {
 }
 
 template <class Kind>
+bool RungeKuttaRun<Kind>::is_idle(double error) const {
+  // Newton's iteration has a say, too.
+  if constexpr (Kind::implicit)
+    if (step_->growth() < kMostImplicit) return false;
+  if (error < kIdle || !(error < kIdleRounding)) return error < kIdle;
+  double largest = 0, least = HUGE_VAL;
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    largest = std::max(largest, std::abs(end_[i]));
+    least = std::min(least, atol_[i] + options_.rtol * std::abs(end_[i]));
+  }
+  return error * least < kRoundings * std::numeric_limits<double>::epsilon() * largest;
+}
+
+template <class Kind>
 void RungeKuttaRun<Kind>::find_step(double h, double limit) {
   const double order = step_->error_order(), by_slip = allowed_by_slip();
   BendBound bend(options_.rtol, order);
@@ -209,6 +226,14 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
         if (error <= 1) {
+          const bool idle = is_idle(error);
+          if (idle && h > idle_bound_ + 0.01 * idle_bound_) {
+            h_ = h = idle_bound_;
+            continue;
+          }
+          double& longest = idle ? longest_idle_ : longest_judged_;
+          longest = std::max(longest, h);
+          if (idle) idle_time_ += h;
           const double next = h * std::clamp(factor, kLeast, shortened ? 1.0 : kMost);
           // Of a step that was cut short for another reason than its error, the length that was in force stays.
           h_ = to_the_limit && !shortened ? std::max(h_, next) : next;

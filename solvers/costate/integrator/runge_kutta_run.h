@@ -64,6 +64,14 @@ class RungeKuttaRun {
     resolves_slips_ = system_.may_slip_from_rest();
     system_.carry_slips_from_rest();
   }
+  /// Before the first step: those whose error estimate is nothing are no longer than this.
+  void bound_idle_steps(double length) { idle_bound_ = length; }
+  /// The longest step whose error estimate was nothing, where no other one was as long and they are most of the run, or
+  /// 0: a motion at rest, or a uniform one, has steps of any length, and tells nothing of how derivatives go on
+  /// meanwhile.
+  double idle_step() const {
+    return longest_idle_ > longest_judged_ && idle_time_ > 0.5 * (end_time_ - t_start_) ? longest_idle_ : 0;
+  }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const Stages& stages)> step;
@@ -89,6 +97,8 @@ class RungeKuttaRun {
   void take_step();
   /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
   void find_step(double h, double limit);
+  /// Whether an error estimate is nothing.
+  bool is_idle(double error) const;
   /// What an error of velocities is allowed by resolve_slips(), behind end_time_.
   double allowed_by_slip();
   void begin_step();
@@ -164,11 +174,13 @@ class RungeKuttaRun {
   double t_start_, segment_start_, begin_, end_time_;  // the last step; end_ is the state where it ends
   double h_ = 0;                                       // the next step's length
   double longest_ = HUGE_VAL;                          // that a step may be
-  bool bend_behind_ = false;                           // that step was one across a bend
-  bool pending_step_ = false;                          // step_ holds a step that has been taken
-  bool ended_ = false;                                 // the segment
-  bool resolves_slips_ = false;                        // that begin from rest
-  Bends bends_ = Bends::none;                          // those that are resolved
+  double idle_bound_ = HUGE_VAL;                       // of those whose error estimate is nothing
+  double idle_time_ = 0, longest_idle_ = 0, longest_judged_ = 0;
+  bool bend_behind_ = false;     // that step was one across a bend
+  bool pending_step_ = false;    // step_ holds a step that has been taken
+  bool ended_ = false;           // the segment
+  bool resolves_slips_ = false;  // that begin from rest
+  Bends bends_ = Bends::none;    // those that are resolved
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;

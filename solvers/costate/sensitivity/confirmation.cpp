@@ -123,10 +123,23 @@ void know(const Problem& problem, GradientResult& result, const GradientResult& 
               gradient);
 }
 
+/// Absolute tolerances such that errors of a psi of that size by them are `aim` of it, where they are more than `least`
+/// of it; false where they are less.
+bool resolve_psi_of(Problem& problem, double size, double least, double aim, double finest) {
+  const double tolerated = problem.solver.absolute() * cost_size(problem);
+  if (!(size > 0) || kAbsolute * tolerated <= least * size) return false;
+  const double smaller = aim * size / (kAbsolute * tolerated);
+  problem.solver.cost_atol = tolerated * std::max(smaller, kFinestIntegral);
+  problem.solver.atol = problem.solver.absolute() * std::max(smaller, finest);
+  return true;
+}
+
 /// At another tolerance; what it has to say is not for this run.
-bool attempt(const Problem& problem, double factor, const GradientRun& run, GradientResult& result) {
+bool attempt(const Problem& problem, double factor, const GradientRun& run, GradientResult& result,
+             const std::function<void(Problem&)>& besides = {}) {
   Problem other = problem;
   other.solver.set_rtol(problem.solver.rtol * factor);
+  if (besides) besides(other);
   try {
     result = run(other);
   } catch (const SolverError&) {
@@ -140,26 +153,38 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
   return static_cast<double>(finer.counters.steps) >= times * static_cast<double>(coarser.counters.steps);
 }
 
-/// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays.
+/// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays. A motion far below
+/// absolute tolerances is damped away by all of them that are loose: the tighter one resolves a psi of that size.
 GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run,
                                     bool scheme) {
   const double rtol = problem.solver.rtol;
   const std::vector<std::string> said = take_notices();
   GradientResult tight;
-  bool known = attempt(problem, kTighter, run, tight);
-  // Steps that are those of places in the scene repeat their errors.
+  double by = kTighter;
+  const auto resolve = [size = size_of_psi(problem, result)](Problem& p) { resolve_any_psi(p, size); };
+  bool known = attempt(problem, by, run, tight, resolve);
+  // Steps that are those of places in the scene, or of a motion smaller than absolute tolerances, repeat their errors.
   for (const double factor : {1e-2, 1e-3}) {
-    if (!scheme || !known || takes_more_steps(tight, result)) break;
-    known = attempt(problem, factor, run, tight);
+    if (!known || takes_more_steps(tight, result, scheme ? kMoreSteps : kHardlyMoreSteps)) break;
+    GradientResult tighter;
+    if (!attempt(problem, factor, run, tighter, resolve)) break;
+    tight = std::move(tighter);
+    by = factor;
   }
   take_notices();
   for (const auto& s : said) notice(s);
-  if (!known) return result;
+  if (!known) {
+    notice(fmt::format(
+        "At rtol {:g}, which would tell what the result at {:g} is worth, this method has none: how many digits are "
+        "right is not known. Compare methods (costate check).",
+        rtol * by, rtol));
+    return result;
+  }
   know(problem, result, tight, 1);
   const Apart change = apart(problem, result, tight);
   if (change.relative > std::min(kMuch, kMuchOfLoose * rtol))
     notice(fmt::format("From rtol {:g} to {:g} {}, where psi is {:.6g}: take the smaller one, or a smaller one still.",
-                       rtol, rtol * kTighter, change.what, result.psi));
+                       rtol, rtol * by, change.what, result.psi));
   return result;
 }
 
@@ -169,15 +194,15 @@ double size_of_psi(const Problem& problem, const GradientResult& r) {
   return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
 }
 
+bool resolve_any_psi(Problem& problem, double size) {
+  return resolve_psi_of(problem, size, kMuch, kMuch, kFinestAsked);
+}
+
 bool resolve_small_psi(Problem& problem, double size, double part) {
-  const double tolerated = problem.solver.absolute() * cost_size(problem),
-               least = part > 0 ? part : kUnresolved * problem.solver.rtol;
-  if (!(size > negligible_cost(problem)) || kAbsolute * tolerated <= least * size) return false;
-  const double aim = part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol;
-  const double smaller = aim * size / (kAbsolute * tolerated);
-  problem.solver.cost_atol = tolerated * std::max(smaller, kFinestIntegral);
-  problem.solver.atol = problem.solver.absolute() * std::max(smaller, part > 0 ? kFinestAsked : kFinest);
-  return true;
+  if (!(size > negligible_cost(problem))) return false;
+  const double least = part > 0 ? part : kUnresolved * problem.solver.rtol;
+  return resolve_psi_of(problem, size, least, part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol,
+                        part > 0 ? kFinestAsked : kFinest);
 }
 
 bool resolve_small_psi(Problem& problem, GradientResult& result, const GradientRun& run) {

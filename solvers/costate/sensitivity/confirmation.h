@@ -41,4 +41,8 @@ bool resolve_small_psi(Problem& problem, double psi_size, double part = 0);
 /// smaller tolerances then, and notices are those of its run alone.
 bool resolve_small_psi(Problem& problem, GradientResult& result, const GradientRun& run);
 
+/// A psi of any size but 0, for a run that is to tell what one of a loose tolerance is worth: such that errors by
+/// absolute tolerances are a tenth of it.
+bool resolve_any_psi(Problem& problem, double psi_size);
+
 }  // namespace costate

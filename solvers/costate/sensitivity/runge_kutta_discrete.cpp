@@ -8,6 +8,7 @@
 #include "costate/base/notice.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/runge_kutta_run.h"
+#include "costate/sensitivity/idle_steps.h"
 #include "costate/sensitivity/integrator_gradient.h"
 
 namespace costate {
@@ -107,7 +108,7 @@ void end_weights(DaeSystem& system, double t, const double* y, double* mu, doubl
 
 template <class Kind>
 GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
-                            double asked, double& part) {
+                            double asked, double& part, IdleSteps& idle) {
   system.end_at_kinks_of_laws();
   system.differentiate_between_steps();  // what is refused on the way back is refused at once
   system.set_parameters(rho.data());
@@ -115,6 +116,7 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
   run.resolve_bends();
   run.resolve_slips();
+  run.bound_idle_steps(idle.bound);
   typename Kind::Tape tape = make_tape(system, run, o);
   run.record(&tape);
   RunWatch watch(problem, rho, system);
@@ -122,6 +124,7 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
   run.watch(watch.sink());
   const std::vector<double> start(run.y(), run.y() + system.size());
   run.advance(o.t_end);
+  idle.longest = run.idle_step();
   watch.finish(o.t_end, run.y());
   GradientResult r;
   r.integrator = run.scheme().name;
@@ -160,14 +163,14 @@ template <class Kind>
 GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
   const auto system = Kind::make(own);
   return resolved_gradient(own, [&](const Problem& p, double asked, double& part) {
-    return adjoint_once<Kind>(*system, p, rho, asked, part);
+    return settled(p, Kind::find(p.solver.integrator)->order,
+                   [&](IdleSteps& idle) { return adjoint_once<Kind>(*system, p, rho, asked, part, idle); });
   });
 }
 
 template <class Kind>
-GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
-  const auto owned = Kind::make(own);
-  typename Kind::SystemType& system = *owned;
+GradientResult tangent_once(typename Kind::SystemType& system, const Problem& own, const std::vector<double>& rho,
+                            IdleSteps& idle) {
   system.end_at_kinks_of_laws();
   system.differentiate_between_steps();
   system.set_parameters(rho.data());
@@ -175,6 +178,7 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);
   run.resolve_bends();
   run.resolve_slips();
+  run.bound_idle_steps(idle.bound);
   RunWatch watch(own, rho, system);
   watch.begin(o.t_start, run.y());
   run.watch(watch.sink());
@@ -203,6 +207,7 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
                 for (std::size_t j = 0; j < cost.size(); ++j) r.gradient[j] += cost[j];
               }});
   run.advance(o.t_end);
+  idle.longest = run.idle_step();
   watch.finish(o.t_end, run.y());
   r.psi = running_and_terminal(system, run, o.t_end);
   if (!system.objective().terminal.empty()) {
@@ -225,6 +230,13 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   watch.conclude(r);
   tell_touches(run);
   return r;
+}
+
+template <class Kind>
+GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
+  const auto system = Kind::make(own);
+  return settled(own, Kind::find(own.solver.integrator)->order,
+                 [&](IdleSteps& idle) { return tangent_once<Kind>(*system, own, rho, idle); });
 }
 
 }  // namespace

@@ -182,6 +182,26 @@ std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& prob
   }
 }
 
+/// A psi far below what absolute tolerances are made for has their errors at any rtol: a run with smaller ones tells. A
+/// whole motion below them is damped away by all that are loose.
+void widen_by_small_psi(const Problem& problem, const std::vector<double>& rho, Simulation& result) {
+  Problem finer = problem;
+  const double psi = std::abs(result.psi);
+  if (problem.solver.rtol >= kTightestAtOnce) {
+    if (has_fixed_steps(integrator_of(problem)) || !resolve_any_psi(finer, psi)) return;
+    finer.solver.set_rtol(kTighterMotion * problem.solver.rtol);
+  } else if (problem.objective.running.empty() || !resolve_small_psi(finer, psi)) {
+    return;
+  }
+  try {
+    const Unsaid another;
+    finer.solver.confirm = false;
+    widen_error(result, result.psi - simulate(finer, rho).psi);
+  } catch (const SolverError&) {
+    // Nothing more is known.
+  }
+}
+
 void tell(const Problem& problem, const Change& change, const std::string& from, const std::string& advice) {
   const auto coordinates = problem.mechanism->coordinate_names();
   const bool of_motion = change.of == TradeMeasure::psi || change.output == "energy.total" ||
@@ -238,13 +258,7 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
   confirm_motion(probe, problem, values, &r);
   widen_by_softness(problem, rho, drift, r);
   watch_soft_end(problem, rho, r);
-  if (Problem finer = problem; !problem.objective.running.empty() && resolve_small_psi(finer, std::abs(r.psi))) try {
-      const Unsaid another;
-      finer.solver.confirm = false;
-      widen_error(r, r.psi - simulate(finer, rho).psi);
-    } catch (const SolverError&) {
-      // Nothing more is known.
-    }
+  widen_by_small_psi(problem, rho, r);
   return r;
 }
 

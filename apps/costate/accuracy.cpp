@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "costate/base/notice.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/scene/scene_settings.h"
 #include "start_notice.h"
 
@@ -33,7 +34,7 @@ void notice_accuracy_left(const Setup& setup, const std::string& why) {
 }
 
 AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
-                           const BeginRecording& begin) {
+                           const StoredOutputs& stored, const BeginRecording& begin) {
   AccuracyRequest request;
   request.accuracy = accuracy;
   request.gradient = gradient;
@@ -42,8 +43,17 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
   if (!common.formulation.empty()) request.formulation = setup.problem.formulation;
   if (!common.integrator.empty()) request.integrator = setup.problem.solver.integrator;
   if (gradient && !common.method.empty()) request.method = setup.method;
-  request.outputs = run.outputs.empty() ? setup.problem.mechanism->coordinate_names() : run.outputs;
+  request.outputs = !stored.named.empty() ? stored.named
+                    : run.outputs.empty() ? setup.problem.mechanism->coordinate_names()
+                                          : run.outputs;
   std::erase(request.outputs, "time");
+  if (stored.all) {
+    constexpr std::size_t kMost = 5000;
+    request.besides = determined_outputs(setup.problem, setup.rho, kMost);
+    std::erase_if(request.besides, [&](const std::string& name) {
+      return name == "time" || std::find(request.outputs.begin(), request.outputs.end(), name) != request.outputs.end();
+    });
+  }
   AccurateRun r = started(setup, [&] {
     return run_to_accuracy(setup.problem, setup.rho, request, [&](const Problem& chosen) {
       setup.problem = chosen;
@@ -57,6 +67,12 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
         "The accuracy {:.1g} was not reached: at rtol {:.1e} the error of {} is estimated as {:.1e}. Where errors grow "
         "along a motion, or forces jump, no tolerance may reach it; a shorter run (--t-end) shows from when on.",
         accuracy, r.problem.solver.rtol, r.worst, r.relative));
+  if (r.besides_error > accuracy)
+    notice(fmt::format(
+        "The accuracy is that of {}; of what is stored besides '{}' is off by {:.1e} of its range. Name what has to be "
+        "as accurate (--outputs, or 'outputs' of [run]).",
+        run.outputs.empty() ? "psi and the coordinates" : "psi and the outputs of [run]", r.worst_besides,
+        r.besides_error));
   return r;
 }
 
@@ -78,6 +94,8 @@ Json accuracy_json(const AccurateRun& run, double accuracy) {
           {"estimated", run.relative},
           {"worst", run.worst},
           {"outputs_error", run.outputs_error},
+          {"stored_error", run.worst_besides.empty() ? Json() : Json(run.besides_error)},
+          {"stored_worst", run.worst_besides.empty() ? Json() : Json(run.worst_besides)},
           {"rtol", run.problem.solver.rtol},
           {"atol", run.problem.solver.absolute()},
           {"compared_with_rtol", run.looser},

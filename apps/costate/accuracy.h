@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command.h"
 #include "costate/tradeoff/accurate_run.h"
@@ -20,9 +21,15 @@ struct AccuracyOption {
 /// Gives notice that the scene's accuracy, if it asks for one, is not held, and why.
 void notice_accuracy_left(const Setup& setup, const std::string& why);
 
+/// What a simulation stores: these outputs, which the accuracy is then of, or all that the motion determines.
+struct StoredOutputs {
+  std::vector<std::string> named = {};
+  bool all = false;
+};
+
 /// Chooses and runs; the setup then holds the choice. Gives notice where the request could not be met.
 AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
-                           const BeginRecording& begin = {});
+                           const StoredOutputs& stored = {}, const BeginRecording& begin = {});
 
 /// What was tried for a choice.
 Json pilots_json(const std::vector<AccuracyPilot>& pilots);

@@ -62,10 +62,12 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   };
   const auto accuracy = options.accuracy.asked(setup, common);
   std::optional<AccurateRun> accurate;
-  if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
+  const bool all = options.outputs.empty() && (setup.files || common.json);
+  if (accuracy)
+    accurate = run_accurately(setup, common, *accuracy, false, {options.outputs, all},
+                              [&](const Problem&) { return record(); });
   const Simulation r = accurate ? accurate->result : started(setup, [&] {
     const auto& outputs = options.outputs.empty() ? setup.scene.run.outputs : options.outputs;
-    const bool all = options.outputs.empty() && (setup.files || common.json);
     return confirmed_simulation(setup.problem, setup.rho, record(),
                                 all ? all_that_is_told(setup.problem, setup.rho, outputs) : outputs);
   });

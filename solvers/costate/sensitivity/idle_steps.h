@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,9 +19,11 @@
 
 namespace costate {
 
-/// Steps of a motion that tells nothing of their length: how long they may be, and how long they were.
+/// Steps of a motion that tells nothing of their length: how long they may be, and how long they were; and whether the
+/// gradient is there, and what it has grown by is being judged.
 struct IdleSteps {
   double bound, longest = 0;
+  bool judged = false;
 };
 
 /// Notices of what was before a number of runs, and of the last of them.
@@ -48,40 +51,70 @@ template <class Once>
 GradientResult settled(const Problem& problem, int order, const Once& once) {
   // What changes by so many tolerances has settled: steps half as long have a fraction of that error left.
   constexpr double kSettled = 100, kRounding = 1e-10;
-  constexpr int kMost = 20;
+  constexpr int kMostThatGrow = 10;
   // Of the run's time, at first, at this tolerance.
   constexpr double kFirst = 1.0 / 32, kLoose = 1e-3;
-  constexpr long kMostSteps = 200'000;
+  // As many steps as that, against the first, and no more.
+  constexpr long kMostTimes = 40, kFew = 2000;
   const LastNotices notices;
-  IdleSteps idle{kFirst * (problem.solver.t_end - problem.solver.t_start) *
-                 std::pow(problem.solver.rtol / kLoose, 1.0 / order)};
-  std::optional<GradientResult> last;
-  for (int halvings = 0;; ++halvings) {
-    std::optional<GradientResult> next;
-    idle.longest = 0;
+  const double allowed = std::max(kSettled * problem.solver.rtol, kRounding);
+  // Null of steps too long for derivatives, which may grow without bound.
+  const auto by_steps_of = [&](double length, bool last_chance, double& longest) {
+    IdleSteps idle{length};
+    std::optional<GradientResult> r;
     take_notices();
     try {
-      next = once(idle);
-    } catch (const SolverError&) {  // of steps too long for them derivatives may grow without bound
-      if (idle.longest == 0 || halvings == kMost) throw;
+      r = once(idle);
+    } catch (const SolverError&) {
+      if (!idle.judged || idle.longest == 0 || last_chance) throw;
     }
+    longest = idle.longest;
+    return r;
+  };
+  const auto apart = [&](const std::optional<GradientResult>& a, const GradientResult& b) {
+    const double size = gradient_size(problem.parameters, b.psi, b.gradient),
+                 change = a ? largest_scaled_change(problem.parameters, a->gradient, b.gradient) : HUGE_VAL;
+    return change > 0 ? change / std::max(size, std::numeric_limits<double>::min()) : 0;
+  };
+  double longest = 0;
+  std::optional<GradientResult> r = by_steps_of(
+      kFirst * (problem.solver.t_end - problem.solver.t_start) * std::pow(problem.solver.rtol / kLoose, 1.0 / order),
+      false, longest);
+  if (r && longest == 0) return *r;
+  const long most_steps = r ? kMostTimes * r->counters.steps + kFew : kFew;
+  if (r) {
+    // Longer ones are cheaper; of these nothing is wanted but whether they do as well.
+    std::vector<std::string> said = take_notices();
+    double other = 0;
+    std::optional<GradientResult> coarse;
+    try {
+      coarse = by_steps_of(2 * longest, false, other);
+    } catch (const SolverError&) {
+      // Too long for something else.
+    }
+    take_notices();
+    for (const auto& sentence : said) notice(sentence);
+    if (apart(coarse, *r) <= allowed) return *r;
+  }
+  for (int halvings = 1;; ++halvings) {
+    const double length = 0.5 * longest;
+    std::optional<GradientResult> next = by_steps_of(length, halvings == kMostThatGrow, longest);
     if (next) {
-      if (last) next->counters.simulations += last->counters.simulations;
-      const double size = gradient_size(problem.parameters, next->psi, next->gradient),
-                   change = last ? largest_scaled_change(problem.parameters, last->gradient, next->gradient) : HUGE_VAL;
-      if (idle.longest == 0 || change <= std::max(kSettled * problem.solver.rtol, kRounding) * size) return *next;
-      if (last && (halvings == kMost || next->counters.steps > kMostSteps)) {
-        widen_error(*next, problem.parameters, 0, change);
+      const double change = apart(r, *next);
+      if (r) next->counters.simulations += r->counters.simulations;
+      if (longest == 0 || change <= allowed) return *next;
+      if (r && 2 * next->counters.steps > most_steps) {
+        widen_error(*next, problem.parameters, 0,
+                    change * gradient_size(problem.parameters, next->psi, next->gradient));
         notice(
             fmt::format("The motion is at rest, or uniform, and tells nothing of how long steps may be; with steps "
                         "of {:.2g} s, half as long as before, the gradient still changes by {:.1g} of its largest "
                         "scaled derivative. Take another method (idas-adjoint, cvodes-adjoint, hand-adjoint).",
-                        idle.bound, change / size));
+                        length, change));
         return *next;
       }
     }
-    last = std::move(next);
-    idle.bound = 0.5 * idle.longest;
+    r = std::move(next);
   }
 }
 

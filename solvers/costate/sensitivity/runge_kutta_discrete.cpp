@@ -154,6 +154,7 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
   r.counters.position_iterations = system.position_iterations();
   watch.conclude(r);
   tell_touches(run);
+  idle.judged = true;
   watch.judge(r, back.growth(), invariant);
   part = watch.resolving_part(r, back.growth(), asked);
   return r;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "costate/base/error.h"
@@ -70,7 +69,9 @@ const SensitivityMethod* method_on(const Integrator& integrator, bool adjoint) {
 class Chooser {
  public:
   Chooser(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request)
-      : request_(request), problem_(watched(problem)), probe_(problem_, rho, request.outputs, kSamples) {
+      : request_(request),
+        problem_(watched(problem)),
+        probe_(problem_, rho, request.outputs, kSamples, request.besides) {
     require_choice();
     first_ = std::clamp(kFirst * request.accuracy, kTightest, kLoosest);
   }
@@ -241,7 +242,11 @@ class Chooser {
       r.met = r.relative <= request_.accuracy;
       const TwoRuns two{looser, before, r.result.counters.steps, first_two, r.relative, request_.accuracy};
       before = r.result.counters.steps;
-      if ((r.met && two.tell()) || rtol <= kTightest) return true;
+      if (r.met && two.tell()) {
+        r.widen(two.chance());
+        return true;
+      }
+      if (rtol <= kTightest) return true;
       if (scheme && request_.gradient && order.slow()) return false;
       const double step = order.step(kAim * request_.accuracy),
                    next = rtol * (two.other_steps() ? step : std::min(step, TwoRuns::kFurther));
@@ -331,6 +336,8 @@ class Chooser {
     if (std::abs(fine.values.psi) < zero) r.psi_error = std::max(r.psi_error, std::abs(fine.values.psi));
     psi_unit_ = fine.psi_unit;
     r.outputs_error = outputs;
+    r.besides_error = row.worst_besides.empty() ? 0 : std::max(share * row.besides, least);
+    r.worst_besides = row.worst_besides;
     r.relative = std::max({psi, outputs, gradient});
     r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
     r.gradient_error.clear();
@@ -388,12 +395,6 @@ AccurateRun run_to_accuracy(const Problem& problem, const std::vector<double>& r
   r.worst = "psi";
   r.met = relative <= request.accuracy;
   return r;
-}
-
-std::string text_of(const AccurateRun& run) {
-  const SolverOptions& o = run.problem.solver;
-  return fmt::format("{}, rtol {:.1e}{}; errors by a run at rtol {:.1e}", run.what.name(), o.rtol,
-                     o.atol > 0 ? fmt::format(", atol {:.1e}", o.atol) : "", run.looser);
 }
 
 }  // namespace costate

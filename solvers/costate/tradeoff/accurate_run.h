@@ -22,6 +22,7 @@ struct AccuracyRequest {
   std::string formulation, integrator, method;  // chosen by the user; empty: here
   bool gradient = false;
   std::vector<std::string> outputs;
+  std::vector<std::string> besides = {};  // stored, too: what these are off by is told
 };
 
 struct AccurateRun {
@@ -34,9 +35,14 @@ struct AccurateRun {
   std::vector<double> gradient_error;  // an entry a parameter
   double relative = 0;                 // the largest of all as the request counts them
   std::string worst;                   // what that is of
+  double besides_error = 0;            // the largest of what is stored besides, as of outputs
+  std::string worst_besides;
   std::vector<AccuracyPilot> pilots;
   int runs = 0;  // behind the pilots
   GradientResult result;
+
+  /// All errors so many times as large.
+  void widen(double times);
 };
 
 /// Where each attempt at the final run of a simulation is recorded anew; empty: nowhere.

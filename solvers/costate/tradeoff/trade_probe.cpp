@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/integrator/run_end.h"
@@ -17,11 +18,12 @@ constexpr std::size_t kLooksAtAmounts = 8;  // along a motion
 }
 
 TradeProbe::TradeProbe(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
-                       int samples)
-    : problem_(problem), rho_(rho) {
+                       int samples, const std::vector<std::string>& besides)
+    : problem_(problem), rho_(rho), counted_(outputs.size()) {
   problem_.solver.confirm = false;  // that is a second run
   const Mechanism& m = *problem_.mechanism;
   outputs_ = make_outputs(m, outputs);
+  for (auto& output : make_outputs(m, besides)) outputs_.push_back(std::move(output));
   kinetic_ = make_output(m, "energy.kinetic");
   energy_ = make_output(m, "energy.total");
   assembly_ = std::make_unique<Assembly>(problem_.mechanism, problem_.parameters);

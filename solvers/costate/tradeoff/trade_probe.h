@@ -35,8 +35,9 @@ struct TradeValues {
 class TradeProbe {
  public:
   /// Samples at `samples` times that are not round, where laws have their corners, up to the end of the run at rho.
+  /// `besides`: outputs behind those, of which errors are told, and nothing is asked.
   TradeProbe(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
-             int samples);
+             int samples, const std::vector<std::string>& besides = {});
 
   /// The problem by this combination; its fixed step or its tolerance, with the absolute one in proportion.
   Problem prepared(const Combination& c, double rtol, double step_s) const;
@@ -62,6 +63,8 @@ class TradeProbe {
   const std::vector<double>& rho() const { return rho_; }
   const std::vector<double>& times() const { return times_; }
   const std::vector<std::unique_ptr<Output>>& outputs() const { return outputs_; }
+  /// How many of them are not besides.
+  std::size_t counted() const { return counted_; }
 
  private:
   void look(TradeMotion& motion, const MechanismState& s, System& system) const;
@@ -70,6 +73,7 @@ class TradeProbe {
   Problem problem_;
   std::vector<double> rho_, times_;
   std::vector<std::unique_ptr<Output>> outputs_;
+  std::size_t counted_;
   std::unique_ptr<Output> energy_, kinetic_;
   std::unique_ptr<Assembly> assembly_;  // of its own: the run's results stay as they are
   std::unique_ptr<std::mutex> looks_ = std::make_unique<std::mutex>();  // one at a time at the assembly

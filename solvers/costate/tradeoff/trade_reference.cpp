@@ -294,9 +294,13 @@ void TradeReference::judge(const TradeValues& v, const TradeProbe& probe, TradeR
       for (std::size_t o = 0; o < probe.outputs().size(); ++o) {
         const double e =
             infinite_unless(std::abs(v.motion->outputs[s][o] - values.motion->outputs[s][o]) / output_unit[o]);
-        if (e > most) most = e, row.worst = probe.outputs()[o]->name();
+        if (o >= probe.counted()) {
+          if (e > row.besides) row.besides = e, row.worst_besides = probe.outputs()[o]->name();
+        } else if (e > most) {
+          most = e, row.worst = probe.outputs()[o]->name();
+        }
       }
-    put(TradeMeasure::outputs, most);
+    if (probe.counted() > 0) put(TradeMeasure::outputs, most);
   }
   if (v.motion && probe.problem().mechanism->row_count() > 0) {
     row.position_drift = v.motion->position_drift;

@@ -36,6 +36,8 @@ struct TradeRow {
   double psi = 0;                                   // the value itself
   std::array<std::optional<double>, 3> error = {};  // relative, by measure
   std::string worst = {};                           // the output, or the parameter, farthest off
+  double besides = 0;                               // of the outputs of which nothing is asked (TradeProbe), and
+  std::string worst_besides = {};                   // the farthest of them
   /// Largest |Phi| and |Phid| of a row along the motion [SI]; the energy's largest change against the largest kinetic
   /// energy, where energy should be kept.
   std::optional<double> position_drift = {}, velocity_drift = {}, energy_drift = {};

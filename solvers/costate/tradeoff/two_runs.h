@@ -23,6 +23,9 @@ struct TwoRuns {
     return !(loose && steps < kFewSteps) && relative <= (loose ? kFirstTwo : kFirstTwoTight) * accuracy;
   }
 
+  /// By how much what they tell is widened: what the first two do better than asked is left for what is chance.
+  double chance() const { return !first_two ? 1 : looser > kByChanceAt ? 0.75 / kFirstTwo : 1 / kFirstTwoTight; }
+
   static constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
   static constexpr long kFewSteps = 30;
   /// To the next tolerance where steps were the same.

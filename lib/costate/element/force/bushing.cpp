@@ -90,6 +90,7 @@ struct SeenInRun {
   long epoch = 0;
 };
 thread_local SeenInRun seen_near_half_turn;
+thread_local long away_in_run = -1;  // the run in which a bushing was last seen far from half a turn
 constexpr const char* kHoldsHalf =
     ", and with it the moment, would jump to the other side. A bushing holds up to half a turn; take a torsion_spring "
     "on "
@@ -97,6 +98,7 @@ constexpr const char* kHoldsHalf =
 }  // namespace
 
 void Bushing::forget_half_turn() const {
+  away_in_run = run_epoch();
   if (!seen_near_half_turn.of.empty()) seen_near_half_turn.of.erase(this);
 }
 
@@ -107,6 +109,10 @@ void Bushing::half_turn() const {
         fmt::format("{}: its two frames come to half a turn against each other at t = {:.6g} s, where the rotation "
                     "vector{}",
                     path(), seen->second[0].t, kHoldsHalf));
+  // A trial of a step that leads there is too long, or without numbers.
+  if (away_in_run == run_epoch())
+    throw StepError(fmt::format(
+        "{}: its two frames come to half a turn against each other, where the rotation vector{}", path(), kHoldsHalf));
   throw ModelError(path(),
                    "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
                    "by its rotation axis and angle so that they coincide where the bushing is unloaded.");

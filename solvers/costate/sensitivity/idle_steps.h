@@ -46,14 +46,14 @@ class LastNotices {
 /// in uniform motion): any are exact to it, and derivatives, which have a course of their own, are those of steps too
 /// long for them. Such steps are bounded by the tolerance, as others are by their errors, so that a run at another
 /// tolerance tells; where they are most of the run they are halved until nothing changes. once(idle) is the gradient by
-/// steps that heed idle.bound, `order` their scheme's.
-template <class Once>
-GradientResult settled(const Problem& problem, int order, const Once& once) {
+/// steps that heed idle.bound; Kind: theirs (integrator/runge_kutta_kinds.h).
+template <class Kind, class Once>
+GradientResult settled(const Problem& problem, const Once& once) {
   // What changes by so many tolerances has settled: steps half as long have a fraction of that error left.
   constexpr double kSettled = 100, kRounding = 1e-10;
   constexpr int kMostThatGrow = 10;
-  // Of the run's time, at first, at this tolerance.
-  constexpr double kFirst = 1.0 / 32, kLoose = 1e-3;
+  // Of the run's time, at first, at this tolerance; explicit steps have to be stable, too.
+  constexpr double kFirst = Kind::implicit ? 1.0 / 32 : 1.0 / 64, kLoose = 1e-3;
   // As many steps as that, against the first, and no more.
   constexpr long kMostTimes = 40, kFew = 2000;
   const LastNotices notices;
@@ -77,9 +77,10 @@ GradientResult settled(const Problem& problem, int order, const Once& once) {
     return change > 0 ? change / std::max(size, std::numeric_limits<double>::min()) : 0;
   };
   double longest = 0;
-  std::optional<GradientResult> r = by_steps_of(
-      kFirst * (problem.solver.t_end - problem.solver.t_start) * std::pow(problem.solver.rtol / kLoose, 1.0 / order),
-      false, longest);
+  std::optional<GradientResult> r =
+      by_steps_of(kFirst * (problem.solver.t_end - problem.solver.t_start) *
+                      std::pow(problem.solver.rtol / kLoose, 1.0 / Kind::find(problem.solver.integrator)->order),
+                  false, longest);
   if (r && longest == 0) return *r;
   const long most_steps = r ? kMostTimes * r->counters.steps + kFew : kFew;
   if (r) {

@@ -164,8 +164,7 @@ template <class Kind>
 GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
   const auto system = Kind::make(own);
   return resolved_gradient(own, [&](const Problem& p, double asked, double& part) {
-    return settled(p, Kind::find(p.solver.integrator)->order,
-                   [&](IdleSteps& idle) { return adjoint_once<Kind>(*system, p, rho, asked, part, idle); });
+    return settled<Kind>(p, [&](IdleSteps& idle) { return adjoint_once<Kind>(*system, p, rho, asked, part, idle); });
   });
 }
 
@@ -236,8 +235,7 @@ GradientResult tangent_once(typename Kind::SystemType& system, const Problem& ow
 template <class Kind>
 GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto system = Kind::make(own);
-  return settled(own, Kind::find(own.solver.integrator)->order,
-                 [&](IdleSteps& idle) { return tangent_once<Kind>(*system, own, rho, idle); });
+  return settled<Kind>(own, [&](IdleSteps& idle) { return tangent_once<Kind>(*system, own, rho, idle); });
 }
 
 }  // namespace

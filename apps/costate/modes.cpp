@@ -99,7 +99,10 @@ int run(const CommonOptions& common, ModesOptions& options) {
   Eigen::Index fastest = 0;
   const double acceleration = r.acceleration.size() > 0 ? r.acceleration.cwiseAbs().maxCoeff(&fastest) : 0;
   const bool moves = !r.v.isZero(0), steady = acceleration <= kSteady;
-  const double change = steady ? coefficient_change(assembly, t, r) : 0;
+  const auto kink = kink_of_modes(assembly, t, r);
+  // At rest on a kink either side may be met a little later.
+  const bool changes = steady && !(kink && !moves);
+  const double change = changes ? coefficient_change(assembly, t, r) : 0;
   Json j;
   j["status"] = "ok";
   j["scene"] = scene.file_name();
@@ -108,7 +111,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
   j["degrees_of_freedom"] = r.degrees_of_freedom;
   j["zero_eigenvalues"] = r.zero_eigenvalues;
   j["largest_acceleration"] = acceleration;
-  j["coefficient_change"] = steady ? Json(change) : Json();
+  j["coefficient_change"] = changes ? Json(change) : Json();
   j["modes"] = Json::array();
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  about {} at t = {:g} s, {} degree{} of freedom\n",
@@ -132,7 +135,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
         "mode (a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen "
         "instant, which need not be those of the motion.",
         change));
-  if (const auto kink = kink_of_modes(assembly, t, r))
+  if (kink)
     remarks.push_back(fmt::format(
         "A force has a kink here: {} is {:.6g} on one side and {:.6g} on the other. These are the modes of one side; a "
         "motion over both sides has others.",

@@ -1,6 +1,8 @@
 // What a command says of positions, periods, ends and minima that are none: contacts that no rest has, stiffnesses that
 // follow the motion, a period of forces that are zero where one looks, an end that is hardly crossed, a column in
 // another unit, a minimum beside a bound.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -218,6 +220,15 @@ TEST_CASE("rests and ends: modes of coefficients that change say so, those of st
   };
   CHECK_THAT(remarks(spin("1")), Contains("change along the motion"));
   CHECK(remarks(spin("2")) == "[]");
+  // Nor does anything of a car with a trailer; directions in which nothing may move are entries of rounding alone.
+  const WorkingDirectory here;
+  for (const char* v : {"1", "10", "25"}) {
+    std::vector<std::string> arguments = {"modes", COSTATE_SOURCE_DIR "/test/cases/trailer_straight.toml"};
+    for (const char* body : {"car", "tr", "up"})
+      for (const std::string& a : {std::string("--set"), fmt::format("rigid_body.{}.vx_m_per_s={}", body, v)})
+        arguments.push_back(a);
+    CHECK(costate_json(arguments, here.path()).at("warnings").dump() == "[]");
+  }
 }
 
 TEST_CASE("rests and ends: modes and derivatives at a kink of a force say so") {
@@ -240,6 +251,9 @@ TEST_CASE("rests and ends: modes and derivatives at a kink of a force say so") {
              Contains("the stiffness of P.x by P.x is") && Contains("60 on") && Contains("100 on"));
   CHECK_THAT(told("modes", "-60*(P.x - 1) - 2*P.x_dot - 3*max(0, P.x_dot)", given),
              Contains("the damping of P.x by P.x is") && Contains("2 on") && Contains("5 on"));
+  // And not that anything changes along a motion that rests: rounding chose the branch.
+  CHECK_THAT(told("modes", "0.7 - 60*(P.x - 1) - 2*P.x_dot - 3*max(0, P.x_dot)", balance),
+             Contains("the damping of P.x by P.x is") && !Contains("change along"));
   CHECK(told("modes", "-60*(P.x - 1) - 40*max(0, P.x - 1.01)", given) == "[]");
   CHECK(told("modes", "-60*(P.x - 1)*(1 + abs(P.x - 1)^2) - 2*P.x_dot", given) == "[]");
   CHECK_THAT(told("equilibrium", "-60*(P.x - 1) - 40*max(0, P.x - 1)", balance, {"--derivatives"}),

@@ -351,7 +351,11 @@ double coefficient_change(Assembly& assembly, double t, const Modes& modes) {
     there.v += by * modes.a;
     return coefficients_at(assembly, t + by, there);
   };
-  const double along = change_of(along_motion(-h), along_motion(h), rate) / (2 * h * rate);
+  double along = change_of(along_motion(-h), along_motion(h), rate);
+  // Entries that are nothing but rounding change by as much over no time at all.
+  constexpr double kNoTime = 1e-6, kRounding = 10;
+  if (along <= kRounding * change_of(along_motion(0), along_motion(kNoTime * h), rate)) along = 0;
+  along /= 2 * h * rate;
   const Coefficients here = coefficients_at(assembly, t, modes);
   h = kInTime / rate;
   return std::max(along, change_of(here, coefficients_at(assembly, t + h, modes), rate) / kInTime);

@@ -5,11 +5,12 @@ namespace costate {
 
 namespace {
 
-const KindKeys bump_stop_law_keys("law bump_stop", {{"gap", "where it begins"},
-                                                    {"stiffness", "of the stop"},
-                                                    {"exponent", "of the depth"},
-                                                    {"smoothing", "width over which the corner is rounded"},
-                                                    {"side", "on which side of the gap it acts"}});
+const KindKeys bump_stop_law_keys("law bump_stop",
+                                  {{"gap", "where it begins"},
+                                   {"stiffness", "of the stop"},
+                                   {"exponent", "of the depth"},
+                                   {"smoothing", "width over which the corner is rounded; one of exponent 1 needs it"},
+                                   {"side", "on which side of the gap it acts"}});
 
 const KindKeys formula_law_keys("law formula",
                                 {{"formula", "in t or x and the names of the law's other keys, all numbers"},

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <optional>
+#include <vector>
 
 #include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
@@ -109,6 +111,19 @@ double change(const Problem& problem, const GradientResult& a, const GradientRes
   const double size = std::max(nothing(problem), gradient_size(problem.parameters, b.psi, b.gradient));
   return largest_scaled_change(problem.parameters, a.gradient, b.gradient) / size;
 }
+
+/// What `r` is known to be off by beside a run of other steps, `less` being how many times less than they differ by. Of
+/// a few entries one or the other changes little by chance: none is known better than a tenth of what the largest is.
+void know(const Problem& problem, GradientResult& r, const GradientResult& other, double less) {
+  constexpr double kOfLargest = 0.1;
+  const double changed = largest_scaled_change(problem.parameters, r.gradient, other.gradient);
+  std::vector<double> errors;
+  for (std::size_t j = 0; j < r.gradient.size(); ++j)
+    errors.push_back(std::max(std::abs(r.gradient[j] - other.gradient[j]),
+                              kOfLargest * changed / problem.parameters.parameters[j].scale) /
+                     less);
+  widen_error(r, std::abs(r.psi - other.psi) / less, errors);
+}
 }  // namespace
 
 GradientResult settle_gradient(const Problem& problem, const std::function<GradientResult(long steps)>& run) {
@@ -119,10 +134,12 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
   // Of second order: of two runs the finer one's error is their difference by (n'/n)^2 - 1. Where forces bend or
   // contacts come and go within steps, errors of gradients are of no order: then it may be all of the difference.
   const bool rough = bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none;
-  double error = HUGE_VAL;
+  std::optional<GradientResult> other;
+  double less = rough ? 1 : 3, error = HUGE_VAL;
   try {
     const Unsaid coarser;
-    error = change(problem, run(steps / 2), r) / (rough ? 1 : 3);
+    other = run(steps / 2);
+    error = change(problem, *other, r) / less;
   } catch (const SolverError&) {  // too coarse
   }
   if (!(error <= kGradientError * wanted)) {
@@ -131,11 +148,12 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
     long times = 2;
     while (static_cast<double>(times) < needed && times < kMostRefined) times *= 2;
     const long finer = std::min(steps * times, problem.solver.max_steps);
-    const GradientResult before = r;
+    if (finer > steps) other = r;
     r = run(finer);
     const double ratio = static_cast<double>(finer) / static_cast<double>(steps);
-    error = finer > steps ? change(problem, before, r) / (rough ? 1 : ratio * ratio - 1) : error;
+    if (finer > steps) less = rough ? 1 : ratio * ratio - 1, error = change(problem, *other, r) / less;
   }
+  if (other) know(problem, r, *other, less);
   if (!(error <= kGradientNotice * wanted)) {
     widen_error(r, problem.parameters, 0, error * gradient_size(problem.parameters, r.psi, r.gradient));
     notice(fmt::format(

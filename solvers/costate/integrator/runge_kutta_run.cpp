@@ -227,13 +227,17 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
         if (error <= 1) {
           const bool idle = is_idle(error);
-          if (idle && h > idle_bound_ + 0.01 * idle_bound_) {
+          // By more than what is taken at once where it would be left over.
+          if (idle && h > 1.05 * idle_bound_) {
             h_ = h = idle_bound_;
             continue;
           }
-          double& longest = idle ? longest_idle_ : longest_judged_;
-          longest = std::max(longest, h);
-          if (idle) idle_time_ += h;
+          // What ends at a place in the scene is as long as that is near.
+          if (!to_the_limit || !(limit < options_.t_end) || h > 0.99 * longest_) {
+            double& longest = idle ? longest_idle_ : longest_judged_;
+            longest = std::max(longest, h);
+            if (idle) idle_time_ += h;
+          }
           const double next = h * std::clamp(factor, kLeast, shortened ? 1.0 : kMost);
           // Of a step that was cut short for another reason than its error, the length that was in force stays.
           h_ = to_the_limit && !shortened ? std::max(h_, next) : next;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/problem.h"
 #include "costate/problem/scaled_gradient.h"
@@ -55,7 +55,7 @@ GradientResult settled(const Problem& problem, const Once& once) {
   // Of the run's time, at first, at this tolerance; explicit steps have to be stable, too.
   constexpr double kFirst = Kind::implicit ? 1.0 / 32 : 1.0 / 64, kLoose = 1e-3;
   // As many steps as that, against the first, and no more.
-  constexpr long kMostTimes = 40, kFew = 2000;
+  constexpr long kMostTimes = 4, kFew = 4000;
   const LastNotices notices;
   const double allowed = std::max(kSettled * problem.solver.rtol, kRounding);
   // Null of steps too long for derivatives, which may grow without bound.
@@ -71,10 +71,11 @@ GradientResult settled(const Problem& problem, const Once& once) {
     longest = idle.longest;
     return r;
   };
+  // In parts of the gradient's size; what is nothing to a cost is none.
   const auto apart = [&](const std::optional<GradientResult>& a, const GradientResult& b) {
-    const double size = gradient_size(problem.parameters, b.psi, b.gradient),
-                 change = a ? largest_scaled_change(problem.parameters, a->gradient, b.gradient) : HUGE_VAL;
-    return change > 0 ? change / std::max(size, std::numeric_limits<double>::min()) : 0;
+    const double change = a ? largest_scaled_change(problem.parameters, a->gradient, b.gradient) : HUGE_VAL;
+    if (change <= negligible_cost(problem)) return 0.0;
+    return change / gradient_size(problem.parameters, b.psi, b.gradient);
   };
   double longest = 0;
   std::optional<GradientResult> r =

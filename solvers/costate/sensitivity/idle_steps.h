@@ -44,16 +44,18 @@ class LastNotices {
 
 /// The gradient by steps so short that it no longer changes, where the motion tells nothing of their length (at rest,
 /// in uniform motion): any are exact to it, and derivatives, which have a course of their own, are those of steps too
-/// long for them. Such steps are bounded by the tolerance, as others are by their errors, so that a run at another
-/// tolerance tells; where they are most of the run they are halved until nothing changes. once(idle) is the gradient by
-/// steps that heed idle.bound; Kind: theirs (integrator/runge_kutta_kinds.h).
+/// long for them. Such steps are bounded by a part of the run, which depends a little on the tolerance, so that a run
+/// at another one tells; where they are most of the run they are halved until nothing changes. once(idle) is the
+/// gradient by steps that heed idle.bound; Kind: theirs (integrator/runge_kutta_kinds.h).
 template <class Kind, class Once>
 GradientResult settled(const Problem& problem, const Once& once) {
   // What changes by so many tolerances has settled: steps half as long have a fraction of that error left.
   constexpr double kSettled = 100, kRounding = 1e-10;
   constexpr int kMostThatGrow = 10;
-  // Of the run's time, at first, at this tolerance; explicit steps have to be stable, too.
-  constexpr double kFirst = Kind::implicit ? 1.0 / 32 : 1.0 / 64, kLoose = 1e-3;
+  // Of the run's time, at first, at this tolerance; explicit steps have to be stable, too. A hundredth of the tolerance
+  // makes them shorter by 1.3, by which errors change enough to be seen, and steps less than where errors choose them
+  // (confirmation.cpp).
+  constexpr double kFirst = Kind::implicit ? 1.0 / 32 : 1.0 / 64, kLoose = 1e-3, kWeak = 0.055;
   // As many steps as that, against the first, and no more.
   constexpr long kMostTimes = 4, kFew = 4000;
   const LastNotices notices;
@@ -78,10 +80,9 @@ GradientResult settled(const Problem& problem, const Once& once) {
     return change / gradient_size(problem.parameters, b.psi, b.gradient);
   };
   double longest = 0;
-  std::optional<GradientResult> r =
-      by_steps_of(kFirst * (problem.solver.t_end - problem.solver.t_start) *
-                      std::pow(problem.solver.rtol / kLoose, 1.0 / Kind::find(problem.solver.integrator)->order),
-                  false, longest);
+  std::optional<GradientResult> r = by_steps_of(
+      kFirst * (problem.solver.t_end - problem.solver.t_start) * std::pow(problem.solver.rtol / kLoose, kWeak), false,
+      longest);
   if (r && longest == 0) return *r;
   const long most_steps = r ? kMostTimes * r->counters.steps + kFew : kFew;
   if (r) {

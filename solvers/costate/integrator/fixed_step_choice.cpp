@@ -153,7 +153,8 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
     const double ratio = static_cast<double>(finer) / static_cast<double>(steps);
     if (finer > steps) less = rough ? 1 : ratio * ratio - 1, error = change(problem, *other, r) / less;
   }
-  if (other) know(problem, r, *other, less);
+  // Of no order two may be as near each other by chance as twice that.
+  if (other) know(problem, r, *other, rough ? 0.5 : less);
   if (!(error <= kGradientNotice * wanted)) {
     widen_error(r, problem.parameters, 0, error * gradient_size(problem.parameters, r.psi, r.gradient));
     notice(fmt::format(

@@ -87,7 +87,9 @@ GradientDigits gradient_digits(const std::vector<double>& gradient, const Parame
   if (!errors.empty()) return d;
   const std::vector<double> held = gradient_uncertainty(gradient, parameters, relative);
   bool beyond = false;
-  for (std::size_t j = 0; j < d.errors.size(); ++j) beyond = beyond || d.errors[j] > held[j];
+  // Also where not even the digit that is shown is one.
+  for (std::size_t j = 0; j < d.errors.size(); ++j)
+    beyond = beyond || d.errors[j] > held[j] || d.errors[j] > std::abs(gradient[j]);
   if (!beyond) d.errors.clear();
   d.unknown.resize(held.size(), 0.0);
   for (std::size_t j = 0; j < held.size(); ++j) d.unknown[j] = std::max(d.unknown[j], held[j]);

@@ -141,7 +141,10 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     unit_[c] = std::max(unit_[c], of_its_kind);
     if (!(unit_[c] > 0)) unit_[c] = 1;
     // What rests beside something that moves is known to the tolerance of that, and no output to more than rounding.
-    const double least = std::max(of_its_kind * kRange * own_rtol, 1e-15 * unit_[c]);
+    // What is left of reactions is known to the tolerance of these.
+    const auto left_of = largest.find(state_.outputs()[c]->name());
+    const double least = std::max(
+        {of_its_kind * kRange * own_rtol, 1e-15 * unit_[c], left_of == largest.end() ? 0 : left_of->second * own_rtol});
     for (auto& sample : allowed_) sample[c] = std::max(sample[c], least);
   }
 }

@@ -133,6 +133,17 @@ std::map<std::string, double> IndependentState::sizes_by_forces(const StateView&
     if (entry[row] > 0) most = std::max(most, force[row] / entry[row]);
     ++row;
   }
+  // What reactions of that size would do to a coordinate each by itself: of a box that slides on two corners the turn
+  // is what is left of their moments.
+  for (int j = 0; j < assembly_.n(); ++j) {
+    const auto c = static_cast<std::size_t>(j);
+    const double mass = diagonal(j);
+    if (!(mass > 0)) continue;
+    double& most = largest[assembly_.mechanism().coordinates()[c].name + "_ddot"];
+    for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e)
+      if (const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]); entry[i] > 0)
+        most = std::max(most, std::abs(assembly_.phi_q[static_cast<std::size_t>(e)]) * force[i] / entry[i] / mass);
+  }
   return largest;
 }
 

@@ -28,7 +28,8 @@ class IndependentState {
   /// multipliers are not unique, nor is what depends on them.
   std::vector<double> values(const StateView& s, std::vector<char>* determined = nullptr);
   /// By unit, what accelerations without the constraints and multipliers that hold the forces alone amount to, roughly:
-  /// the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row.
+  /// the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row; by name of a coordinate with "_ddot", what
+  /// multipliers of that size do to it each by itself.
   std::map<std::string, double> sizes_by_forces(const StateView& s);
 
  private:

@@ -225,7 +225,7 @@ parameters = ["body.wheel.angular_velocity_rad_per_s"]
         CHECK(std::abs(r.gradient[0] - right) < 1e-8);
         // The bound of a step: 0.7 of what the scheme bears, over 10 rad/s. Where it is not stabilized: as ever.
         CHECK(r.counters.steps >= (scheme == std::string("dopri5") ? 43 : 23));
-        CHECK(r.counters.steps <= 120);
+        CHECK(r.counters.steps <= 140);  // of the idle steps of lib/README.md (16.5), some more
       }
     }
   p.formulation = "index1";

@@ -38,9 +38,9 @@ constexpr long kPollEvaluations = 64;  // evaluations between calls of the monit
 constexpr double kBehindEvent = 1e-6;
 // To this part of a step where a force only bends: less than what is behind a step's begin (event/touch_watch.cpp).
 constexpr double kNearTouch = 1e-7;
-// An error estimate below this is nothing: steps grow by all they may. Or below so many roundings of the state, up to
-// what steps that have a say have.
-constexpr double kIdle = 1e-4, kIdleRounding = 0.1, kRoundings = 16;
+// Where an error estimate would let a step be longer than this many runs the motion tells nothing of its length;
+// or where it is below so many roundings of the state, up to what steps that have a say have.
+constexpr double kOfRun = 1, kIdleRounding = 0.1, kRoundings = 16;
 // Of velocities, the rounding of an estimate.
 constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
 }  // namespace
@@ -192,11 +192,12 @@ double RungeKuttaRun<Kind>::allowed_by_slip() {
 }
 
 template <class Kind>
-bool RungeKuttaRun<Kind>::is_idle(double error) const {
+bool RungeKuttaRun<Kind>::is_idle(double h, double error) const {
   // Newton's iteration has a say, too.
   if constexpr (Kind::implicit)
     if (step_->growth() < kMostImplicit) return false;
-  if (error < kIdle || !(error < kIdleRounding)) return error < kIdle;
+  if (error < std::pow(h / (kOfRun * (options_.t_end - t_start_)), step_->error_order())) return true;
+  if (!(error < kIdleRounding)) return false;
   double largest = 0, least = HUGE_VAL;
   for (std::size_t i = 0; i < end_.size(); ++i) {
     largest = std::max(largest, std::abs(end_[i]));
@@ -226,7 +227,7 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
         if (error <= 1) {
-          const bool idle = is_idle(error);
+          const bool idle = is_idle(h, error);
           // By more than what is taken at once where it would be left over.
           if (idle && h > 1.05 * idle_bound_) {
             h_ = h = idle_bound_;

@@ -97,8 +97,8 @@ class RungeKuttaRun {
   void take_step();
   /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
   void find_step(double h, double limit);
-  /// Whether an error estimate is nothing.
-  bool is_idle(double error) const;
+  /// Whether the error estimate of a step of length h tells nothing of how long it may be.
+  bool is_idle(double h, double error) const;
   /// What an error of velocities is allowed by resolve_slips(), behind end_time_.
   double allowed_by_slip();
   void begin_step();

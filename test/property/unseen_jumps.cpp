@@ -142,8 +142,10 @@ TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") 
                                             {"baumgarte", "cvodes-adjoint"},
                                             {"maggi", "discrete-adjoint"}}) {
     INFO(formulation << " by " << method);
+    // Steps that end at the place itself meet 0/0 there, which is refused with the same name.
     CHECK_THAT(said("sign_of_place", {}, formulation, method),
-               Contains("error: ") && Contains("the formula of 'force.f' jumps from"));
+               Contains("error: ") && (Contains("the formula of 'force.f' jumps from") ||
+                                       Contains("force.f: Its force is not a finite number at t = 0.4 s")));
     CHECK_THAT(said("sign_in_cost", {"output.beyond.a=0.41234"}, formulation, method),
                Contains("error: ") && Contains("jumps from"));
   }

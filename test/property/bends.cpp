@@ -148,7 +148,7 @@ TEST_CASE("bends: what stands still has no rates that a step could get wrong", "
       p.formulation = formulation;
       p.solver.integrator = "dop853";
       const GradientResult r = gradient(p, method, rho);
-      CHECK(r.counters.steps < 300);  // those of idle steps (lib/README.md (16.5)), and not down to rounding
+      CHECK(r.counters.steps < 200);
       CHECK(std::abs(r.psi) < 1e-12);
     }
 }

@@ -111,19 +111,6 @@ double change(const Problem& problem, const GradientResult& a, const GradientRes
   const double size = std::max(nothing(problem), gradient_size(problem.parameters, b.psi, b.gradient));
   return largest_scaled_change(problem.parameters, a.gradient, b.gradient) / size;
 }
-
-/// What `r` is known to be off by beside a run of other steps, `less` being how many times less than they differ by. Of
-/// a few entries one or the other changes little by chance: none is known better than a tenth of what the largest is.
-void know(const Problem& problem, GradientResult& r, const GradientResult& other, double less) {
-  constexpr double kOfLargest = 0.1;
-  const double changed = largest_scaled_change(problem.parameters, r.gradient, other.gradient);
-  std::vector<double> errors;
-  for (std::size_t j = 0; j < r.gradient.size(); ++j)
-    errors.push_back(std::max(std::abs(r.gradient[j] - other.gradient[j]),
-                              kOfLargest * changed / problem.parameters.parameters[j].scale) /
-                     less);
-  widen_error(r, std::abs(r.psi - other.psi) / less, errors);
-}
 }  // namespace
 
 GradientResult settle_gradient(const Problem& problem, const std::function<GradientResult(long steps)>& run) {
@@ -154,7 +141,12 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
     if (finer > steps) less = rough ? 1 : ratio * ratio - 1, error = change(problem, *other, r) / less;
   }
   // Of no order two may be as near each other by chance as twice that.
-  if (other) know(problem, r, *other, rough ? 0.5 : less);
+  if (other) {
+    const double apart = rough ? 0.5 : less;
+    std::vector<double> errors = pooled_changes(problem.parameters, r.gradient, other->gradient);
+    for (double& e : errors) e /= apart;
+    widen_error(r, (r.psi - other->psi) / apart, errors);
+  }
   if (!(error <= kGradientNotice * wanted)) {
     widen_error(r, problem.parameters, 0, error * gradient_size(problem.parameters, r.psi, r.gradient));
     notice(fmt::format(

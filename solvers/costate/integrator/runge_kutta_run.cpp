@@ -38,9 +38,8 @@ constexpr long kPollEvaluations = 64;  // evaluations between calls of the monit
 constexpr double kBehindEvent = 1e-6;
 // To this part of a step where a force only bends: less than what is behind a step's begin (event/touch_watch.cpp).
 constexpr double kNearTouch = 1e-7;
-// Where an error estimate would let a step be longer than this many runs the motion tells nothing of its length;
-// or where it is below so many roundings of the state, up to what steps that have a say have.
-constexpr double kOfRun = 1, kIdleRounding = 0.1, kRoundings = 16;
+// An error estimate below so many roundings of the state is nothing, up to what steps that have a say have.
+constexpr double kIdleRounding = 0.1, kRoundings = 16;
 // Of velocities, the rounding of an estimate.
 constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
 }  // namespace
@@ -196,7 +195,8 @@ bool RungeKuttaRun<Kind>::is_idle(double h, double error) const {
   // Newton's iteration has a say, too.
   if constexpr (Kind::implicit)
     if (step_->growth() < kMostImplicit) return false;
-  if (error < std::pow(h / (kOfRun * (options_.t_end - t_start_)), step_->error_order())) return true;
+  // It would let the step be longer than the run.
+  if (error < std::pow(h / (options_.t_end - t_start_), step_->error_order())) return true;
   if (!(error < kIdleRounding)) return false;
   double largest = 0, least = HUGE_VAL;
   for (std::size_t i = 0; i < end_.size(); ++i) {

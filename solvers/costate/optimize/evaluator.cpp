@@ -9,6 +9,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/confirmation.h"
@@ -25,27 +26,6 @@ void require_finite(const Problem& problem, const GradientResult& r, const std::
       throw SolverError(fmt::format("The derivative of {} with respect to {} is {}, not a finite number.", what,
                                     problem.parameters.parameters[j].name, r.gradient[j]));
 }
-
-/// What is said while it lives, which then stands behind what was said before.
-class OwnNotices {
- public:
-  OwnNotices() : before_(take_notices()) {}
-  OwnNotices(const OwnNotices&) = delete;
-  OwnNotices& operator=(const OwnNotices&) = delete;
-  ~OwnNotices() {
-    const std::vector<std::string> own = take_notices();
-    for (const auto& sentence : before_) notice(sentence);
-    for (const auto& sentence : own) notice(sentence);
-  }
-  std::vector<std::string> all() const {
-    std::vector<std::string> own = take_notices();
-    for (const auto& sentence : own) notice(sentence);
-    return own;
-  }
-
- private:
-  std::vector<std::string> before_;
-};
 
 }  // namespace
 

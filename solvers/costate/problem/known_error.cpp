@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/problem/scaled_gradient.h"
+
 namespace costate {
 
 void widen_error(Simulation& result, double psi) {
@@ -22,6 +24,16 @@ void widen_error(GradientResult& result, const ParameterSelection& parameters, d
   std::vector<double> gradient;
   for (std::size_t j = 0; j < result.gradient.size(); ++j) gradient.push_back(scaled / parameters.parameters[j].scale);
   widen_error(result, psi, gradient);
+}
+
+std::vector<double> pooled_changes(const ParameterSelection& parameters, const std::vector<double>& a,
+                                   const std::vector<double>& b) {
+  constexpr double kOfLargest = 0.1;
+  const double largest = largest_scaled_change(parameters, a, b);
+  std::vector<double> changes;
+  for (std::size_t j = 0; j < b.size(); ++j)
+    changes.push_back(std::max(std::abs(a[j] - b[j]), kOfLargest * largest / parameters.parameters[j].scale));
+  return changes;
 }
 
 }  // namespace costate

@@ -6,10 +6,16 @@
 
 namespace costate {
 
-/// psi may be off by that much.
+/// psi may be off by that much; whoever knows of the gradient alone gives 0, and of a psi that nobody has given more
+/// nothing is known.
 void widen_error(Simulation& result, double psi);
 /// And the gradient: by `scaled` over each parameter's scale, or by these amounts.
 void widen_error(GradientResult& result, const ParameterSelection& parameters, double psi, double scaled);
 void widen_error(GradientResult& result, double psi, const std::vector<double>& gradient);
+
+/// |a_j - b_j| of two gradients as what either may be off by. Of a few entries one or the other changes little by
+/// chance: none is less, in its parameter's scale, than a tenth of the largest.
+std::vector<double> pooled_changes(const ParameterSelection& parameters, const std::vector<double>& a,
+                                   const std::vector<double>& b);
 
 }  // namespace costate

@@ -94,9 +94,10 @@ void OpenReactions::tell() {
       since_ ? fmt::format(", from t = {:.4g} s on", *since_) : std::string(), formulation_));
 }
 
-std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho, std::size_t most) {
+std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho) {
+  constexpr std::size_t kMost = 5000;
   std::vector<std::string> names;
-  if (output_names(*problem.mechanism).size() > most) return names;
+  if (output_names(*problem.mechanism).size() > kMost) return names;
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(rho.data());
   std::optional<UndeterminedReactions> reactions;

@@ -46,7 +46,7 @@ class OpenReactions {
   std::optional<double> since_;           // where not from the first state on
 };
 
-/// Names of all outputs but those of reactions that the motion does not determine; of more than `most` none.
-std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho, std::size_t most);
+/// Names of all outputs but those of reactions that the motion does not determine; of more than 5,000 none.
+std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho);
 
 }  // namespace costate

@@ -9,6 +9,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -104,18 +105,13 @@ constexpr double kLeastKnown = 0.01;
 /// little by chance: none is known better, in parts of itself, than the largest are, nor than a tenth of what those
 /// changed by; psi is, as a tenth of the former, but no worse than a thousand times what it changed by.
 void know(const Problem& problem, GradientResult& result, const GradientResult& other, double divisor) {
-  constexpr double kOfPsi = 0.1, kOfLargest = 0.1, kChance = 1e3;
-  double changed = 0;
-  const auto& parameters = problem.parameters.parameters;
-  for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    changed = std::max(changed, std::abs(result.gradient[j] - other.gradient[j]) * parameters[j].scale);
+  constexpr double kOfPsi = 0.1, kChance = 1e3;
+  const double changed = largest_scaled_change(problem.parameters, result.gradient, other.gradient);
   const double size = largest_scaled(problem.parameters, result.gradient), rounding = kLeastKnown * problem.solver.rtol,
                least = std::max(rounding, size > 0 ? std::min(1.0, changed / divisor / size) : 0);
-  std::vector<double> gradient;
-  for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    gradient.push_back(
-        std::max({std::abs(result.gradient[j] - other.gradient[j]) / divisor, least * std::abs(result.gradient[j]),
-                  kOfLargest * changed / divisor / parameters[j].scale}));
+  std::vector<double> gradient = pooled_changes(problem.parameters, result.gradient, other.gradient);
+  for (std::size_t j = 0; j < gradient.size(); ++j)
+    gradient[j] = std::max(gradient[j] / divisor, least * std::abs(result.gradient[j]));
   const double of_psi = std::abs(result.psi - other.psi) / divisor;
   widen_error(result,
               std::max({of_psi, rounding * std::abs(result.psi),
@@ -158,21 +154,23 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
 GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run,
                                     bool scheme) {
   const double rtol = problem.solver.rtol;
-  const std::vector<std::string> said = take_notices();
   GradientResult tight;
   double by = kTighter;
   const auto resolve = [size = size_of_psi(problem, result)](Problem& p) { resolve_any_psi(p, size); };
-  bool known = attempt(problem, by, run, tight, resolve);
-  // Steps that are those of places in the scene, or of a motion smaller than absolute tolerances, repeat their errors.
-  for (const double factor : {1e-2, 1e-3}) {
-    if (!known || takes_more_steps(tight, result, scheme ? kMoreSteps : kHardlyMoreSteps)) break;
-    GradientResult tighter;
-    if (!attempt(problem, factor, run, tighter, resolve)) break;
-    tight = std::move(tighter);
-    by = factor;
-  }
-  take_notices();
-  for (const auto& s : said) notice(s);
+  const bool known = [&] {
+    const Unsaid tighter_ones;
+    if (!attempt(problem, by, run, tight, resolve)) return false;
+    // Steps that are those of places in the scene, or of a motion smaller than absolute tolerances, repeat their
+    // errors.
+    for (const double factor : {1e-2, 1e-3}) {
+      if (takes_more_steps(tight, result, scheme ? kMoreSteps : kHardlyMoreSteps)) break;
+      GradientResult tighter;
+      if (!attempt(problem, factor, run, tighter, resolve)) break;
+      tight = std::move(tighter);
+      by = factor;
+    }
+    return true;
+  }();
   if (!known) {
     notice(fmt::format(
         "At rtol {:g}, which would tell what the result at {:g} is worth, this method has none: how many digits are "

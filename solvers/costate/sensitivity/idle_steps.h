@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/problem.h"
@@ -24,22 +23,6 @@ namespace costate {
 struct IdleSteps {
   double bound, longest = 0;
   bool judged = false;
-};
-
-/// Notices of what was before a number of runs, and of the last of them.
-class LastNotices {
- public:
-  LastNotices() : before_(take_notices()) {}
-  LastNotices(const LastNotices&) = delete;
-  LastNotices& operator=(const LastNotices&) = delete;
-  ~LastNotices() {
-    const std::vector<std::string> last = take_notices();
-    for (const auto& sentence : before_) notice(sentence);
-    for (const auto& sentence : last) notice(sentence);
-  }
-
- private:
-  std::vector<std::string> before_;
 };
 
 /// The gradient by steps so short that it no longer changes, where the motion tells nothing of their length (at rest,
@@ -58,13 +41,13 @@ GradientResult settled(const Problem& problem, const Once& once) {
   constexpr double kFirst = Kind::implicit ? 1.0 / 32 : 1.0 / 64, kLoose = 1e-3, kWeak = 0.055;
   // As many steps as that, against the first, and no more.
   constexpr long kMostTimes = 4, kFew = 4000;
-  const LastNotices notices;
+  const OwnNotices notices;
   const double allowed = std::max(kSettled * problem.solver.rtol, kRounding);
   // Null of steps too long for derivatives, which may grow without bound.
   const auto by_steps_of = [&](double length, bool last_chance, double& longest) {
     IdleSteps idle{length};
     std::optional<GradientResult> r;
-    take_notices();
+    notices.forget();
     try {
       r = once(idle);
     } catch (const SolverError&) {
@@ -87,16 +70,14 @@ GradientResult settled(const Problem& problem, const Once& once) {
   const long most_steps = r ? kMostTimes * r->counters.steps + kFew : kFew;
   if (r) {
     // Longer ones are cheaper; of these nothing is wanted but whether they do as well.
-    std::vector<std::string> said = take_notices();
-    double other = 0;
     std::optional<GradientResult> coarse;
     try {
+      const Unsaid coarser;
+      double other = 0;
       coarse = by_steps_of(2 * longest, false, other);
     } catch (const SolverError&) {
       // Too long for something else.
     }
-    take_notices();
-    for (const auto& sentence : said) notice(sentence);
     if (apart(coarse, *r) <= allowed) return *r;
   }
   for (int halvings = 1;; ++halvings) {

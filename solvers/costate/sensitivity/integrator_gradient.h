@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "costate/base/error.h"
-#include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/segmented_run.h"
@@ -98,31 +98,23 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   const double asked = problem.solver.rtol;
   double part = 1;
   if (!problem.solver.resolve) return run(problem, asked, part);
-  const std::vector<std::string> before = take_notices();
-  GradientResult r;
-  try {
-    r = run(problem, asked, part);
-  } catch (const Error&) {
-    for (const auto& text : before) notice(text);
-    throw;
-  }
-  std::vector<std::string> said = take_notices();
+  const OwnNotices notices;
+  GradientResult r = run(problem, asked, part);
   // Of what is nothing a smaller tolerance tells nothing either: a motion at rest makes it of rounding.
   const double size = std::max(std::abs(r.psi), largest_scaled(problem.parameters, r.gradient));
   if (part < 1 && size > negligible_cost(problem)) {
     Problem finer = problem;
     finer.solver.tighten(part, 0);
+    const std::vector<std::string> said = take_notices();
     try {
       const GradientResult first = r;
       r = run(finer, asked, part);
       r.counters.simulations += first.counters.simulations;
-      said = take_notices();
     } catch (const SolverError&) {  // the smaller tolerance is out of reach
-      take_notices();
+      notices.forget();
+      for (const auto& text : said) notice(text);
     }
   }
-  for (const auto& text : before) notice(text);
-  for (const auto& text : said) notice(text);
   if (part < kResolved) tell_unresolved(problem, r, part);
   return r;
 }

@@ -236,9 +236,8 @@ std::vector<std::string> confirmed_outputs(const Problem& problem, const std::ve
 
 std::vector<std::string> all_that_is_told(const Problem& problem, const std::vector<double>& rho,
                                           const std::vector<std::string>& outputs) {
-  constexpr std::size_t kMost = 5000;
   if (!problem.solver.confirm || !motion_is_confirmed(problem)) return outputs;
-  const std::vector<std::string> all = determined_outputs(problem, rho, kMost);
+  const std::vector<std::string> all = determined_outputs(problem, rho);
   return all.empty() ? outputs : all;
 }
 

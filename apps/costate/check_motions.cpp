@@ -22,7 +22,7 @@ namespace {
 
 // The rule of apps/README.md. A motion's error is a modest multiple of rtol, of what the quantity's range is, of what
 // the states' tolerances do to it there, and of what the reference's formulation is off by itself at this tolerance.
-constexpr double kRange = 1000, kState = 300, kOwn = 100;
+constexpr double kRange = 1000, kState = 300, kOwn = 100, kOfReactions = 100;
 constexpr int kSamples = 40;
 // Of what turns, in the straight quantities where none is other than zero, and the other way round.
 constexpr double kOtherKind = 1e-3;
@@ -143,9 +143,9 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
     unit_[c] = std::max(unit_[c], of_its_kind);
     if (!(unit_[c] > 0)) unit_[c] = 1;
     // What rests beside something that moves is known to the tolerance of that, and no output to more than rounding.
-    // What is left of reactions is known to the tolerance of these.
-    const double least =
-        std::max({of_its_kind * kRange * own_rtol, 1e-15 * unit_[c], left_of[state_.outputs()[c]->name()] * own_rtol});
+    // What is left of reactions is known to some tolerances of these.
+    const double least = std::max({of_its_kind * kRange * own_rtol, 1e-15 * unit_[c],
+                                   kOfReactions * left_of[state_.outputs()[c]->name()] * own_rtol});
     for (auto& sample : allowed_) sample[c] = std::max(sample[c], least);
   }
 }

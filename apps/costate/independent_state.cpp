@@ -1,6 +1,5 @@
 #include "independent_state.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -59,44 +58,88 @@ std::vector<double> IndependentState::outputs_at(const StateView& s, const Eigen
 //  [ M      Phi_q^T ] [   a    ]   [   Q   ]
 //  [ Phi_q     0    ] [ lambda ] = [ -bias ],   scaled to S A S (S^-1 x) = S b with rows of S A S near one.
 // Contacts that are open or slide stand in the corner, and Phi_q^T holds the rows along which they slide.
-std::vector<double> IndependentState::values(const StateView& s, std::vector<char>* determined) {
+IndependentState::Solution IndependentState::solve() const {
   const int n = assembly_.n(), m = assembly_.m();
-  StateView state = s;
-  state.a = state.lambda = nullptr;
-  assembly_.calc_dynamics(state);
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, n + m);
+  Solution r;
+  Eigen::MatrixXd& A = r.A;
+  A = Eigen::MatrixXd::Zero(n + m, n + m);
   fill(A, assembly_.square(), assembly_.M, 0, false);
   fill(A, assembly_.jacobian(), assembly_.phi_q, n, false);
   fill(A, assembly_.jacobian(), assembly_.reaction_jacobian(), n, true);
   if (assembly_.has_switched_rows()) add_switched_rows(A, assembly_);
-  Eigen::VectorXd b(n + m), S = Eigen::VectorXd::Ones(n + m);
+  Eigen::VectorXd b(n + m);
+  r.S = Eigen::VectorXd::Ones(n + m);
   for (int i = 0; i < n; ++i) b[i] = assembly_.Q[static_cast<std::size_t>(i)];
   for (int i = 0; i < m; ++i) b[n + i] = -assembly_.bias[static_cast<std::size_t>(i)];
   for (int pass = 0; pass < 5; ++pass) {
     Eigen::VectorXd largest = A.rowwise().lpNorm<Eigen::Infinity>();
     for (int i = 0; i < n + m; ++i) largest[i] = largest[i] > 0 ? 1 / std::sqrt(largest[i]) : 1;
     A = largest.asDiagonal() * A * largest.asDiagonal();
-    S = S.cwiseProduct(largest);
+    r.S = r.S.cwiseProduct(largest);
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors(n + m, n + m);
-  factors.setThreshold(1e-11);
-  factors.compute(A);
-  const Eigen::VectorXd scaled = factors.solve(S.cwiseProduct(b)), x = S.cwiseProduct(scaled);
-  const std::vector<double> found = outputs_at(state, x);
+  r.factors.setThreshold(1e-11);
+  r.factors.compute(A);
+  r.scaled = r.factors.solve(r.S.cwiseProduct(b));
+  r.x = r.S.cwiseProduct(r.scaled);
+  return r;
+}
+
+std::vector<double> IndependentState::values(const StateView& s, std::vector<char>* determined) {
+  const int n = assembly_.n(), m = assembly_.m();
+  StateView state = s;
+  state.a = state.lambda = nullptr;
+  assembly_.calc_dynamics(state);
+  const Solution r = solve();
+  const std::vector<double> found = outputs_at(state, r.x);
   if (!determined) return found;
   determined->assign(found.size(), 1);
-  if (factors.rank() == n + m) return found;
+  if (r.factors.rank() == n + m) return found;
   // Something of the null space: w - A^+ A w, as large as the solution.
   Eigen::VectorXd w(n + m);
   for (int i = 0; i < n + m; ++i) w[i] = std::cos(2.4 * i + 0.3);
-  w -= factors.solve(A * w);
-  w *= (scaled.norm() + 1e-300) / (w.norm() + 1e-300);
-  const Eigen::VectorXd shift = S.cwiseProduct(w);
-  const std::vector<double> other = outputs_at(state, x + shift);
-  const double least = 1e-9 * x.lpNorm<Eigen::Infinity>();
+  w -= r.factors.solve(r.A * w);
+  w *= (r.scaled.norm() + 1e-300) / (w.norm() + 1e-300);
+  const Eigen::VectorXd shift = r.S.cwiseProduct(w);
+  const std::vector<double> other = outputs_at(state, r.x + shift);
+  const double least = 1e-9 * r.x.lpNorm<Eigen::Infinity>();
   for (std::size_t c = 0; c < found.size(); ++c)
     (*determined)[c] = std::abs(other[c] - found[c]) <= 1e-6 * (std::abs(other[c]) + std::abs(found[c])) + least;
   return found;
+}
+
+void IndependentState::add_sizes_by_reactions(const StateView& s, const Eigen::VectorXd& lambda, ForceSizes& largest) {
+  const int n = assembly_.n(), m = assembly_.m();
+  std::vector<const Output*> accelerations;
+  for (const auto& o : outputs_)
+    if (o->unit() == "m/s^2" || o->unit() == "rad/s^2") accelerations.push_back(o.get());
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n), of_rows = Eigen::MatrixXd::Zero(n, m);
+  fill(M, assembly_.square(), assembly_.M, 0, false);
+  const SparsePattern& jacobian = assembly_.jacobian();
+  for (int j = 0; j < n; ++j)
+    for (auto e = jacobian.column_start[static_cast<std::size_t>(j)];
+         e < jacobian.column_start[static_cast<std::size_t>(j) + 1]; ++e)
+      of_rows(j, jacobian.row[static_cast<std::size_t>(e)]) +=
+          assembly_.reaction_jacobian()[static_cast<std::size_t>(e)];
+  Eigen::VectorXd scale = M.diagonal();
+  for (int j = 0; j < n; ++j) scale[j] = scale[j] > 0 ? 1 / std::sqrt(scale[j]) : 1;
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors(scale.asDiagonal() * M * scale.asDiagonal());
+  const Eigen::MatrixXd by_rows =
+      -(scale.asDiagonal() * factors.solve(scale.asDiagonal() * of_rows) * lambda.asDiagonal()).eval();
+  StateView state = s;
+  Eigen::VectorXd a = Eigen::VectorXd::Zero(n);
+  state.lambda = lambda.data();
+  state.a = a.data();
+  std::vector<double> without;
+  for (const Output* o : accelerations) without.push_back(o->value(state, assembly_));
+  for (int i = 0; i < m; ++i) {
+    if (lambda[i] == 0) continue;
+    a = by_rows.col(i);
+    for (std::size_t c = 0; c < accelerations.size(); ++c) {
+      double& most = largest.by_reactions[accelerations[c]->name()];
+      const double x = std::abs(accelerations[c]->value(state, assembly_) - without[c]);
+      if (std::isfinite(x)) most = std::max(most, x);
+    }
+  }
 }
 
 IndependentState::ForceSizes IndependentState::sizes_by_forces(const StateView& s) {
@@ -133,15 +176,7 @@ IndependentState::ForceSizes IndependentState::sizes_by_forces(const StateView& 
     if (entry[row] > 0) most = std::max(most, force[row] / entry[row]);
     ++row;
   }
-  for (int j = 0; j < assembly_.n(); ++j) {
-    const auto c = static_cast<std::size_t>(j);
-    const double mass = diagonal(j);
-    if (!(mass > 0)) continue;
-    double& most = largest.by_reactions[assembly_.mechanism().coordinates()[c].name + "_ddot"];
-    for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e)
-      if (const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]); entry[i] > 0)
-        most = std::max(most, std::abs(assembly_.phi_q[static_cast<std::size_t>(e)]) * force[i] / entry[i] / mass);
-  }
+  add_sizes_by_reactions(state, solve().x.tail(assembly_.m()), largest);
   return largest;
 }
 

@@ -2,7 +2,7 @@
 // dense matrix of the assembly's blocks M, Phi_q, Q and bias, solved by an orthogonal decomposition.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/QR>
 #include <map>
 #include <memory>
 #include <string>
@@ -31,14 +31,22 @@ class IndependentState {
     /// By unit, what accelerations without the constraints and multipliers that hold the forces alone amount to,
     /// roughly: the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row.
     std::map<std::string, double> by_unit;
-    /// By name of an acceleration, what multipliers of that size do to its coordinate each by itself: of a box that
-    /// slides on two corners the turn is what is left of their moments.
+    /// By name of an acceleration, what a multiplier makes of it by itself, M^-1 Phi_i^T lambda_i, the largest: of a
+    /// box that slides on two corners the turn is what is left of their moments, and a pin rests by what holds it.
     std::map<std::string, double> by_reactions;
   };
   ForceSizes sizes_by_forces(const StateView& s);
 
  private:
   std::vector<double> outputs_at(const StateView& s, const Eigen::VectorXd& x);
+  void add_sizes_by_reactions(const StateView& s, const Eigen::VectorXd& lambda, ForceSizes& largest);
+  /// x = S scaled at a state whose dynamics have been calculated, and the scaled matrix with its factors.
+  struct Solution {
+    Eigen::VectorXd x, scaled, S;
+    Eigen::MatrixXd A;
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
+  };
+  Solution solve() const;
   Assembly assembly_;
   std::vector<std::unique_ptr<Output>> outputs_;
 };

@@ -71,7 +71,8 @@ void HandEquations::finalize() {
 }
 
 void HandEquations::evaluate(double t, const double* qvz) {
-  solve_motion(packed_view(t, qvz, n_));
+  const StateView s = packed_view(t, qvz, n_);
+  solve_motion(leads_back_ && !assembly_.has_switched_rows() ? led_back(s) : s);
   running_known_ = false;
   current_ = recalled_ = -1;
   A_.set_zero();
@@ -79,6 +80,26 @@ void HandEquations::evaluate(double t, const double* qvz) {
   b_.setZero();
   d_.setZero();
   fill();
+}
+
+StateView HandEquations::led_back(const StateView& s) {
+  led_back_.assign(s.q, s.q + 2 * n_ + nz_);
+  const StateView r = packed_view(s.t, led_back_.data(), n_);
+  std::vector<double> b(static_cast<std::size_t>(n_ + m_));
+  const auto move = [&](double* x) {
+    level_.prepare(r);
+    std::fill_n(b.begin(), n_, 0.0);
+    if (x == r.q) std::copy_n(assembly_.phi.data(), m_, b.data() + n_);
+    if (x == r.v) {
+      std::copy_n(assembly_.phi_t.data(), m_, b.data() + n_);
+      level_.add_jacobian(1, r.v, b.data() + n_);
+    }
+    level_.solve_kkt(b.data());
+    for (int i = 0; i < n_; ++i) x[i] -= b[static_cast<std::size_t>(i)];
+  };
+  move(led_back_.data());
+  move(led_back_.data() + n_);
+  return r;
 }
 
 void HandEquations::solve_motion(const StateView& s) {

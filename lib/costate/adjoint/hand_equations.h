@@ -60,6 +60,10 @@ class HandEquations {
 
   /// Evaluates A, D, b, d at the trajectory's point (t, q, v, z); accelerations and multipliers are solved for.
   void evaluate(double t, const double* qvz);
+  /// Points are led back to the constraints before anything is evaluated there. Rows that depend on others do so where
+  /// the others hold, and off by e are rows of their own, of that slope: under a weight alpha they bind from
+  /// alpha e^2 = 1 on.
+  void lead_back() { leads_back_ = true; }
   /// For equations whose unknowns depend on a choice (of independent coordinates): fixes the choices along a motion,
   /// given the ends of its steps in order of time, and returns the times where they change, which grids must contain.
   virtual std::vector<double> plan(const std::vector<double>& times, const Motion& motion);
@@ -155,7 +159,12 @@ class HandEquations {
   /// Accelerations, rates of force states and running cost at the evaluated point.
   MotionEvents::Side side();
 
+  /// q - dq with Phi_q dq = Phi, then v - dv with Phi_q dv = Phidot, both the least by M.
+  StateView led_back(const StateView& s);
+
   Direction direction_;
+  bool leads_back_ = false;
+  std::vector<double> led_back_;
   std::vector<MotionJump> jumps_;
   std::unique_ptr<MotionEvents> events_;  // once one has been crossed
   MotionEvents::History history_;

@@ -43,12 +43,17 @@ const RegisterFormulation augmented_lagrangian_registered({
         },
     .make_hand_tangent =
         [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-          return std::make_unique<TangentEquations>(mechanism, parameters, objective, converged(mechanism, o),
-                                                    TangentEquations::Constraints::acceleration);
+          auto equations = std::make_unique<TangentEquations>(mechanism, parameters, objective, converged(mechanism, o),
+                                                              TangentEquations::Constraints::acceleration);
+          equations->lead_back();
+          return equations;
         },
     .make_hand_adjoint =
         [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-          return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, converged(mechanism, o));
+          auto equations =
+              std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, converged(mechanism, o));
+          equations->lead_back();
+          return equations;
         },
     .make_hessian =
         [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {

@@ -165,6 +165,7 @@ void AccelerationLevel::iterate_multipliers(double* b, int size, double corner, 
   // The matrix with -corner in its lower right block: A x_(i+1) = b - [0; corner lambda_i] tends to the solution
   // without that block; the error falls by about |M| / alpha a turn.
   constexpr int max_iterations = 60;
+  constexpr double kGrowsOn = 0.9;
   const int m = assembly_.m(), above = size - m;
   augmented_right_.assign(b, b + size);
   augmented_last_.assign(static_cast<std::size_t>(m), 0.0);
@@ -180,9 +181,11 @@ void AccelerationLevel::iterate_multipliers(double* b, int size, double corner, 
       largest = std::max(largest, std::abs(b[above + r]));
       augmented_last_[r] = b[above + r];
     }
-    // Converged to rounding, or no longer improving because of it.
-    if (!(change > 4e-16 * largest) || change >= before) break;
-    before = change < 1e-10 * largest ? change : HUGE_VAL;
+    // Converged to rounding, or no longer improving because of it. Or what is left is of rows that depend on others,
+    // but for what the state is off those by: their multipliers grow turn by turn, up to those of a mechanism that is
+    // stuck.
+    if (!(change > 4e-16 * largest) || change >= (change < 1e-10 * largest ? 1 : kGrowsOn) * before) break;
+    before = change;
   }
 }
 

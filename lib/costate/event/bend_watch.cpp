@@ -17,8 +17,7 @@ namespace {
 // one of the ends, than this many times what it moves.
 constexpr int kBendLooks = 3;
 constexpr double kBendNear = 4;
-// Of a step: to this the time is known. And the halvings at most.
-constexpr double kBendResolved = 1e-9;
+// Halvings at most.
 constexpr int kBendHalvings = 60;
 // Of the way to a place, what one step takes.
 constexpr double kApproach = 0.9;
@@ -150,7 +149,7 @@ std::optional<double> BendWatch::first(double from, double to, const GapTrace::S
     for (std::size_t i = 0; i < end_.size(); ++i) {
       const double size = std::max(std::abs(begin_[i]), std::abs(now_[i]));
       if (is_beyond(begin_[i]) != is_beyond(now_[i]) && size > kBendCounts * (atol_ + rtol_ * largest_[i]))
-        return passage(i, last, now, kBendResolved * (to - from), at);
+        return passage(i, last, now, kResolved * (to - from), at);
     }
     last = now;
     begin_.swap(now_);

@@ -27,6 +27,9 @@ class BendWatch {
   /// Of a step between these times whose error would do: where another one is to end instead, shortly before a place
   /// that it passes, or shortly behind it. `length` is that of steps nearby; `at` gives the state at times of the step.
   std::optional<double> passed(double from, double to, double length, const GapTrace::States& at);
+  /// The first time within a step at which a place is passed: just behind it, and before it by a billionth of the step.
+  std::optional<double> first(double from, double to, const GapTrace::States& at);
+  static constexpr double kResolved = 1e-9;
   /// Whether a step of this length may lead across a place.
   bool across(double h) const { return h <= 1.01 * across_; }
 
@@ -37,8 +40,6 @@ class BendWatch {
     std::size_t first = 0;  // of its places among all
   };
   void look(const StateView& s, std::vector<double>& beyond);
-  /// The first time at which a place is passed, to a small part of the step.
-  std::optional<double> first(double from, double to, const GapTrace::States& at);
   /// When this place is passed between two times at which it is on different sides.
   double passage(std::size_t place, double left, double right, double resolution, const GapTrace::States& at);
   void add_laws(Assembly& assembly, const Element& force, const MotionLawElement& owner);

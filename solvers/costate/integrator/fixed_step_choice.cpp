@@ -11,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
+#include "costate/event/bend_watch.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/unknown_sizes.h"
@@ -106,6 +107,14 @@ namespace {
 constexpr double kGradientError = 1, kGradientNotice = 10;
 constexpr long kMostRefined = 16;  // times the steps that psi needs
 
+/// Whether anything bends along motions: no step of these ends there.
+bool may_bend(const Problem& problem) {
+  Assembly assembly(problem.mechanism, problem.parameters);
+  assembly.set_parameters(problem.parameters.values().data());
+  return bends_of(*problem.mechanism, assembly.numbers()) != Bends::none ||
+         !BendWatch(assembly, problem.objective, problem.solver.rtol, problem.solver.absolute()).empty();
+}
+
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const double size = std::max(nothing(problem), gradient_size(problem.parameters, b.psi, b.gradient));
@@ -120,7 +129,7 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
   const double wanted = std::sqrt(problem.solver.rtol);
   // Of second order: of two runs the finer one's error is their difference by (n'/n)^2 - 1. Where forces bend or
   // contacts come and go within steps, errors of gradients are of no order: then it may be all of the difference.
-  const bool rough = bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none;
+  const bool rough = may_bend(problem);
   std::optional<GradientResult> other;
   double less = rough ? 1 : 3, error = HUGE_VAL;
   try {

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/base/notice.h"
+#include "costate/event/bend_watch.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/radau_linear.h"
 #include "costate/integrator/run_watch.h"
@@ -94,6 +96,28 @@ std::vector<double> times_of_laws(const Problem& problem, const std::vector<doub
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
+}
+/// Where forces and running costs bend along the motion: of grids that do not follow their error a step across such a
+/// place leaves an error of the first order of its length. A step's end is a stage, its beginning is none: the times
+/// are on the side that steps that way come from.
+std::vector<double> bends_along(Assembly& assembly, const Objective& objective, const Problem& problem,
+                                const Trajectory& motion, bool backward) {
+  BendWatch watch(assembly, objective, problem.solver.rtol, problem.solver.absolute());
+  std::vector<double> times, before, qvz(static_cast<std::size_t>(motion.width()));
+  if (watch.empty()) return times;
+  const auto at = [&](double t) {
+    motion.evaluate(t, qvz.data());
+    return packed_view(t, qvz.data(), assembly.n());
+  };
+  double from = motion.t_begin();
+  for (std::size_t i = 0; i < motion.steps(); from = motion.step_end(i++))
+    for (double begin = from, end = motion.step_end(i); begin < end; begin = times.back()) {
+      const auto t = watch.first(begin, end, at);
+      if (!t) break;
+      times.push_back(*t);
+      if (!backward) before.push_back(*t - 2 * BendWatch::kResolved * (end - begin));
+    }
+  return backward ? times : before;
 }
 }  // namespace
 
@@ -218,8 +242,14 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   equations.set_jumps(jumps_of(motion, times_of_laws(problem, rho)), motion.history);
   std::vector<double> ends{motion.trajectory.t_begin()};
   for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
-  const std::vector<double> changes =
+  std::vector<double> changes =
       equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
+  if (without_estimate(problem)) {
+    const std::vector<double> bends = bends_along(equations.assembly(), problem.objective, problem, motion.trajectory,
+                                                  equations.direction() == HandEquations::Direction::backward);
+    changes.insert(changes.end(), bends.begin(), bends.end());
+    std::sort(changes.begin(), changes.end());
+  }
   const std::size_t steps = motion.trajectory.steps();
   const std::vector<MotionJump>& jumps = equations.jumps();
   const auto grid = [&](std::size_t stretches) {

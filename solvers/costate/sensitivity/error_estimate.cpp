@@ -180,11 +180,19 @@ bool drift_is_stated(const Problem& problem, double drift, const GradientResult&
   return kOfGradient * drift * size <= known;
 }
 
+/// Rows of contacts come and go, and nobody looks along the motion at what they are off by: weights are as many times
+/// the masses, and so is what rows bear the accelerations that it leaves.
+double drift_of_contacts(const Problem& problem) {
+  if (!Assembly(problem.mechanism, ParameterSelection{}).has_switched_rows()) return 0;
+  return default_penalty_weight(problem.mechanism) / penalty_weight(problem.mechanism, problem.formulation_options) /
+         kPenaltyStiffness;
+}
+
 }  // namespace
 
 void widen_by_softness(const Problem& problem, const std::vector<double>& rho, double drift, Simulation& result) {
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty() ||
-      drift_is_stated(problem, drift, result))
+      drift_is_stated(problem, std::max(drift, drift_of_contacts(problem)), result))
     return;
   try {
     const Unsaid another;
@@ -197,6 +205,7 @@ void widen_by_softness(const Problem& problem, const std::vector<double>& rho, d
 void watch_penalty(const Problem& problem, const std::vector<double>& rho, GradientResult& result, double drift,
                    const std::function<GradientResult(const Problem&)>& run) {
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
+  drift = std::max(drift, drift_of_contacts(problem));
   const double usual = default_penalty_weight(problem.mechanism),
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
   // Rows that are off by d change psi by some d of it, and a gradient by up to a thousand times that, where the motion

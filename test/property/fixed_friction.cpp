@@ -122,3 +122,52 @@ TEST_CASE("fixed friction: a box on two corners slides to rest, or begins to sli
   CAPTURE(off);
   CHECK(off[0] / off[2] > 12);
 }
+
+// Nothing is driven here: a law of a force that jumps while the block slides moves no velocity.
+TEST_CASE("fixed friction: a force's law jumps while a contact slides", "[events][discrete]") {
+  const std::string scene = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.wall]
+ground = true
+x_m = -1
+y_m = 0
+[point.M]
+x_m = 0
+y_m = 0
+[mass.M]
+point = "M"
+mass_kg = 1.5
+[spring.S]
+from = "wall"
+to = "M"
+stiffness_N_per_m = 60
+natural_length_m = 1
+damping_N_s_per_m = 0.4
+[force.F]
+point = "M"
+x_N = { kind = "piecewise", breaks = [1.5], coefficients = [[0, 6], [0, 6.5]], joins = "none" }
+[contact.floor]
+kind = "rigid"
+point = "M"
+friction = "coulomb"
+friction_coefficient = 0.3
+static_coefficient = 0.5
+closed = true
+[start]
+given = ["M.x"]
+given_velocities = []
+[run]
+t_end_s = 2.2
+[[cost.terminal]]
+kind = "value"
+output = "M.x"
+)";
+  const GradientResult r = exact_gradient(fixed_problem(
+      scene, {"force.F.x_N.breaks[0]", "contact.floor.friction_coefficient", "spring.S.stiffness_N_per_m"}, 0.013,
+      "newmark"));
+  REQUIRE(r.events.size() == 2);  // slips at 1.23 s, stops at 1.83 s
+  CHECK(r.events[0].t < 1.5);
+  CHECK(r.events[1].t > 1.5);
+  CHECK(std::abs(r.gradient[0]) > 1e-3);
+}

@@ -125,6 +125,7 @@ TEST_CASE("explain: what was built and counted") {
     shares += k.at("share").get<double>();
   }
   CHECK(shares > 0);
+  CHECK(shares <= 1 + 1e-12);
   CHECK(j.at("parts").size() == 1);
   CHECK(j.at("parts").at(0).at("needed") == true);
   CHECK(j.at("plane").is_null());
@@ -132,6 +133,16 @@ TEST_CASE("explain: what was built and counted") {
   CHECK(text.status == 0);
   CHECK_THAT(text.out, Contains("2 degrees of freedom") && Contains("Phi_q") && Contains("the rest") &&
                            Contains("4 of 4 bodies are constant"));
+}
+
+// A run passes over contacts while they are open: their kernels by themselves take longer.
+TEST_CASE("explain: shares of contacts that are open for most of the run", "[explain]") {
+  const Json j = costate_json({"explain", COSTATE_MODELS_DIR "/bouncing_ball/bouncing_ball.toml", "--set",
+                               "contact.floor.kind=rigid", "--no-files"});
+  double shares = 0;
+  for (const Json& k : j.at("kinds")) shares += k.at("share").get<double>();
+  CHECK(shares > 0);
+  CHECK(shares <= 1 + 1e-12);
 }
 
 TEST_CASE("explain: parts that no output or cost needs") {

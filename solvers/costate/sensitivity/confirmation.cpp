@@ -35,7 +35,7 @@ constexpr double kFalls = 6.8, kHardlyFalls = 1.05;
 constexpr double kSurelyLess = 10, kAsARule = kFalls * kFalls - 1;
 // Where events move errors fall by fits and starts: of 1,900 gradients over stick, slip, impacts and touches one in 50
 // was off by more than three times what the former told.
-constexpr double kSurelyOverEvents = 3;
+constexpr double kSurelyOverEvents = 3, kByChanceOverEvents = 0.5;
 // Where the looser run was further off than this, errors do not fall as the tolerance does, and two runs may be near
 // each other by chance: by 316 = 1000^(5/6) less the better of the two is off by 3e3 rtol, as with kKnown.
 constexpr double kErratic = 1e6;
@@ -183,7 +183,7 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
         rtol * by, rtol));
     return result;
   }
-  know(problem, result, tight, 1);
+  know(problem, result, tight, result.events.empty() ? 1 : kByChanceOverEvents);
   const Apart change = apart(problem, result, tight);
   if (change.relative > std::min(kMuch, kMuchOfLoose * rtol))
     notice(fmt::format("From rtol {:g} to {:g} {}, where psi is {:.6g}: take the smaller one, or a smaller one still.",

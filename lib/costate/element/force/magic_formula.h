@@ -7,12 +7,16 @@
 //   - the trail's side force, and the residual moment but for its camber terms, are those without camber
 //   - the residual moment has cos(alpha) in D_r and once more outside
 //   - but S_Vy is scaled as the book has it, by 10 LMUY / (1 + 9 LMUY), like S_Vx
+//   - and sgn is that of alpha_y = alpha + S_Hy, as in (4.E24), not of alpha, which would let the force jump at alpha =
+//   0
 // The generation 5.2 (the same author's 1st edition, chapter 4.3; the equations (40) to (54) of MF-Tyre's manual) has
 //   - camber in the trail's side force, which is F_y - S_Vyk, and in S_Hf and B_r
-//   - the angle alpha throughout, and one cos(alpha) in the residual moment
+//   - the angle alpha throughout, arctan(sqrt(tan^2 alpha + (K_x kappa/K_y)^2)) in the moment, and one cos(alpha) in
+//     its residual part
 //   - S_V scaled by LMUX and LMUY themselves, and QSX1 by LVMX alone
-// And these are ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side force by less
-// than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
+// And these are ours, for smoothness: sgn(alpha_y) in E_y, alpha_y = alpha + S_Hy, is tanh(alpha_y / 1e-3 rad), which
+// changes the side force by less than 1e-6 F_z in |alpha_y| < 2e-3 and not at all beyond 0.02; shape factors E are not
+// above 1.
 //
 // Relaxation lengths are numbers of the scene or follow load and camber by the coefficients of 5.2 and PAC2002.
 //
@@ -216,7 +220,7 @@ struct MagicFormula {
         D_x * sin(bent(K_x / (C_x * D_x), C_x, E_x, kx)) + F * linear(PVX1, PVX2) * n(LVX) * of_offset(n(LMUX));
 
     // Lateral, pure slip, with and without camber.
-    const S sign = tanh(alpha / S(1e-3));
+    const auto sign = [](const S& of) { return tanh(of / S(1e-3)); };
     const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY), C_y = n(PCY1) * n(LCY);
     const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * of_offset(n(LMUY)),
             E0 = linear(PEY1, PEY2) * n(LEY);
@@ -233,9 +237,9 @@ struct MagicFormula {
     const S K_c = F * linear(PKY6, PKY7) * (one + n(PPY5) * dp) * n(LKYC);
     S H_c = n(PHY3) * g * n(LKYC);  // 5.2; 6.1 has the camber stiffness instead
     if (!camber_as_angle) H_c += (K_c * g - V_c) / K_y;
-    const S E_y = limited(E0 * (one + n(PEY5) * g2 - (n(PEY3) + n(PEY4) * g) * sign));
+    const S E_y = limited(E0 * (one + n(PEY5) * g2 - (n(PEY3) + n(PEY4) * g) * sign(alpha + H0 + H_c)));
     const S across = side(K_y, mu_y, E_y, H0 + H_c, V0 + V_c);
-    const S K_y0 = cornering(S(0.0), S(0.0)), E_y0 = limited(E0 * (one - n(PEY3) * sign));
+    const S K_y0 = cornering(S(0.0), S(0.0)), E_y0 = limited(E0 * (one - n(PEY3) * sign(alpha + H0)));
     const S across0 = side(K_y0, mu_y0, E_y0, H0, V0);
 
     // Combined slip.
@@ -253,7 +257,11 @@ struct MagicFormula {
 
     // Aligning moment: the trail times the side force, the residual moment, and the longitudinal force's arm.
     const S share = K_x / K_y * kappa, share2 = share * share;
-    const auto with_share = [&](const S& a) { return sqrt(a * a + share2 + S(1e-24)); };  // only even functions take it
+    // Only even functions take it.
+    const auto with_share = [&](const S& a) {
+      const S t = camber_as_angle ? S(sin(a) / cos(a)) : a, all = sqrt(t * t + share2 + S(1e-24));
+      return camber_as_angle ? S(atan(all)) : all;
+    };
     const S a_t = slip + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g;
     const S a_r = slip + (camber_as_angle ? H0 + H_c + (V0 + V_c) / K_y : H0 + V0 / K_y0);
     const S B_t = (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);

@@ -57,9 +57,8 @@ TEST_CASE("magic formula: points of version 6.1") {
   // F_x, F_y, M_z of magic-formula-tyre-library (teasit, commit 642592f), executed in Octave at 10 m/s; its
   // authors' formulas in another language agree to 2e-14. Required: 1e-9, for the difference of alpha and
   // atan(tan(alpha)) and the order of operations, 1e-14, and for numbers printed to 15 digits.
-  // At alpha = 0 the library has sgn(alpha) = 0 in E_y, where (4.E24) has alpha_y = -1.4e-3 and -1.6e-3: the first two
-  // are of that, by a program of its own for the same equations that gives the library's numbers with its sign; 1e-6 of
-  // the load is what the smooth sign is worth there.
+  // At alpha = 0 it has sgn(alpha) = 0 where (4.E24) has alpha_y = -1.4e-3, -1.6e-3: the first two are of that, by a
+  // program of its own that gives the library's numbers with its sign. The smooth sign is worth 1e-6 of the load there.
   const Point points[] = {{0.05, 0, 2000, 97000, 0, 1585.48683085389, -48.4257492408258, 0, 0, 0.051420481596407},
                           {-0.1, 0, 2750, 97000, 0, -2792.3735255244, -56.759821698945, 0, 0, 0.838603207200095},
                           {0, 0.05, 2000, 97000, 0, 9.16504853723632, -1592.1004420346, 0, 0, 39.712291423079},

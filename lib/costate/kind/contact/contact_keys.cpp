@@ -27,7 +27,9 @@ const KindKeys contact_keys(
      {"ground_poisson_ratio", "of the ground"},
      {"exponent", "n; the linear law has 1"},
      {"damping_N_s_per_m", "of kelvin-voigt"},
-     {"restitution", "speed after by speed before, of laws that have one"},
+     {"restitution",
+      "speed after by speed before, of laws that have one; what comes out of compliant ones is (17.4), more than a "
+      "small one"},
      {"restitution_law", "of a rigid contact: newton, of speeds, or poisson, of impulses"},
      {"approach_speed_m_per_s", "of a contact that is closed at the start"},
      {"friction", "its model"},

@@ -23,14 +23,15 @@ const KindKeys actuator_keys(
      {"work", "whether the work that it does is integrated, as an output"}});
 
 const KindKeys axis_spring_keys(
-    "axis_spring", {{"from, to", "names of the two points"},
-                    {"axis", "[x, y, z]: the axis in the frame of from's body"},
-                    {"stiffness_N_per_m", "force by displacement along the axis"},
-                    {"natural_length_m", "length without force; required with a stiffness or a 'spring_law'"},
-                    {"damping_N_s_per_m", "force by the rate of displacement along the axis"},
-                    {"preload_N", "constant pull"},
-                    {"spring_law", "a law of the displacement along the axis, added to the stiffness"},
-                    {"damper_law", "a law of the rate of displacement along the axis, added to the damping"}});
+    "axis_spring",
+    {{"from, to", "names of the two points"},
+     {"axis", "[x, y, z]: the axis in the frame of from's body"},
+     {"stiffness_N_per_m", "force by displacement along the axis"},
+     {"natural_length_m", "length without force; required with a stiffness or a 'spring_law'"},
+     {"damping_N_s_per_m", "force by the rate of displacement along the axis"},
+     {"preload_N", "constant pull"},
+     {"spring_law", "a law of the displacement along the axis less natural_length_m, added to the stiffness"},
+     {"damper_law", "a law of the rate of displacement along the axis, added to the damping"}});
 
 const KindKeys bushing_keys(
     "bushing",
@@ -105,14 +106,15 @@ const KindKeys spring_keys("spring",
                             {"spring_law", "a law of the stretch, added to the stiffness"},
                             {"damper_law", "a law of the rate of stretch, added to the damping"}});
 
-const KindKeys torsion_spring_keys("torsion_spring", {{"angle", "an angle against the ground"},
-                                                      {"angles", "two angles: the second against the first"},
-                                                      {"stiffness_N_m_per_rad", "torque by angle"},
-                                                      {"natural_angle_rad", "angle without torque"},
-                                                      {"damping_N_m_s_per_rad", "torque by rate"},
-                                                      {"preload_N_m", "constant torque"},
-                                                      {"spring_law", "a law of the angle, added to the stiffness"},
-                                                      {"damper_law", "a law of the rate, added to the damping"}});
+const KindKeys torsion_spring_keys("torsion_spring",
+                                   {{"angle", "an angle against the ground"},
+                                    {"angles", "two angles: the second against the first"},
+                                    {"stiffness_N_m_per_rad", "torque by angle"},
+                                    {"natural_angle_rad", "angle without torque"},
+                                    {"damping_N_m_s_per_rad", "torque by rate"},
+                                    {"preload_N_m", "constant torque"},
+                                    {"spring_law", "a law of the angle less natural_angle_rad, added to the stiffness"},
+                                    {"damper_law", "a law of the rate, added to the damping"}});
 
 }  // namespace
 

@@ -137,7 +137,7 @@ TEST_CASE("explain: what was built and counted") {
 
 // A run passes over contacts while they are open: their kernels by themselves take longer.
 TEST_CASE("explain: shares of contacts that are open for most of the run", "[explain]") {
-  const WorkingDirectory here("explain-open");
+  const WorkingDirectory here;
   const Json j = costate_json({"explain", COSTATE_MODELS_DIR "/bouncing_ball/bouncing_ball.toml", "--set",
                                "contact.floor.kind=rigid", "--no-files"},
                               here.path());

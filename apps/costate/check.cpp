@@ -186,6 +186,8 @@ class Check {
       row.warnings = take_notices();
     } catch (const Cut& e) {
       return row.end(Verdict::cut, e.what());
+    } catch (const TooMuchWork& e) {
+      return row.end(Verdict::cut, fmt::format("for its steps: {}", e.what()));
     } catch (const CapabilityError& e) {  // the table allows it, but not on this scene
       return row.end(Verdict::refused, e.what());
     } catch (const SolverError& e) {

@@ -258,7 +258,7 @@ MotionRow MotionCheck::run(const std::string& formulation, const std::string& in
   Problem p = problem_;
   p.formulation = formulation;
   p.solver.integrator = integrator;
-  const auto end = [&](Verdict v, const char* why) {
+  const auto end = [&](Verdict v, const std::string& why) {
     row.verdict = v;
     row.why = why;
   };
@@ -266,6 +266,8 @@ MotionRow MotionCheck::run(const std::string& formulation, const std::string& in
     judge(row, p);
   } catch (const Cut& e) {
     end(Verdict::cut, e.what());
+  } catch (const TooMuchWork& e) {
+    end(Verdict::cut, fmt::format("for its steps: {}", e.what()));
   } catch (const CapabilityError& e) {
     end(Verdict::refused, e.what());
   } catch (const SolverError& e) {

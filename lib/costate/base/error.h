@@ -57,6 +57,12 @@ class StepError : public SolverError {
   using SolverError::SolverError;
 };
 
+/// A run that gets on, but would take more steps than it may.
+class TooMuchWork : public SolverError {
+ public:
+  using SolverError::SolverError;
+};
+
 /// A request that a formulation, integrator or method cannot serve.
 class CapabilityError : public Error {
  public:

@@ -30,16 +30,20 @@ struct LocalState {
   const double* p = nullptr;       // numbers (mass, length, stiffness, ...), np
 };
 
-/// The arguments of a measure: everything local, on path duals (only the dual part is seeded).
-struct MeasureArguments {
-  PathDual t;
-  const PathDual* q = nullptr;
-  const PathDual* v = nullptr;
-  const PathDual* a = nullptr;
-  const PathDual* lambda = nullptr;
-  const PathDual* z = nullptr;
-  const PathDual* p = nullptr;
+/// The arguments of a measure: everything local.
+template <class S>
+struct MeasureArgumentsOf {
+  S t;
+  const S* q = nullptr;
+  const S* v = nullptr;
+  const S* a = nullptr;
+  const S* lambda = nullptr;
+  const S* z = nullptr;
+  const S* p = nullptr;
 };
+/// On path duals (only the dual part is seeded).
+using MeasureArguments = MeasureArgumentsOf<PathDual>;
+using ValueArguments = MeasureArgumentsOf<double>;
 
 /// A scalar that an element can report: "length" in m, "force" in N.
 struct Measure {
@@ -67,6 +71,8 @@ class Element {
   /// Scalars this element can report, as outputs "NAME.measure" and in costs.
   virtual std::vector<Measure> measures() const { return {}; }
   virtual PathDual measure(int, const MeasureArguments&) const { return {}; }
+  /// The same on plain numbers, which cost a tenth; false of elements that have it on path duals alone.
+  virtual bool measure_value(int, const ValueArguments&, double&) const { return false; }
 
  protected:
   void append_coordinates(const std::vector<int>& c) { coordinates_.insert(coordinates_.end(), c.begin(), c.end()); }

@@ -26,6 +26,7 @@ class LocalOutput : public Output {
         states_(states) {}
 
   double value(const StateView& s, Assembly& assembly) const override {
+    if (double plain = 0; evaluate_value(Values(*this, s, assembly).arguments(), plain)) return plain;
     Buffers b(*this, s, assembly);
     return evaluate(b.arguments()).v.c0;
   }
@@ -59,8 +60,33 @@ class LocalOutput : public Output {
 
  protected:
   virtual PathDual evaluate(const MeasureArguments& x) const = 0;
+  /// The same on plain numbers; false where it is there on path duals alone.
+  virtual bool evaluate_value(const ValueArguments&, double&) const { return false; }
 
  private:
+  /// Arguments of evaluate_value().
+  struct Values {
+    double t, q[kMaxLocal], v[kMaxLocal], a[kMaxLocal], lambda[kMaxLocal], z[kMaxLocal];
+    std::vector<double>& p = numbers();
+
+    Values(const LocalOutput& o, const StateView& s, const Assembly& assembly) : t(s.t) {
+      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
+        const int c = o.coordinates_[i];
+        q[i] = s.q[c];
+        v[i] = s.v ? s.v[c] : 0;
+        a[i] = s.a ? s.a[c] : 0;
+      }
+      for (int i = 0; i < o.rows_; ++i) lambda[i] = s.lambda ? s.lambda[o.row_ + i] : 0;
+      for (int i = 0; i < o.states_; ++i) z[i] = s.z[o.state_ + i];
+      p.resize(std::max(p.size(), o.numbers_.size()));
+      for (std::size_t i = 0; i < o.numbers_.size(); ++i) p[i] = assembly.numbers()[o.numbers_[i]];
+    }
+    static std::vector<double>& numbers() {
+      thread_local std::vector<double> of_thread;
+      return of_thread;
+    }
+    ValueArguments arguments() const { return {t, q, v, a, lambda, z, p.data()}; }
+  };
   /// Arguments of evaluate(), of zeros but while one output is looked at: filling them anew for each value would cost
   /// more than the formulas do.
   struct Local {

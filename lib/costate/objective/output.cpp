@@ -131,15 +131,22 @@ class PointOutput final : public LocalOutput {
   bool needs_accelerations() const override { return order_ == 2; }
 
  protected:
-  PathDual evaluate(const MeasureArguments& x) const override {
-    PathDual r[2];
+  PathDual evaluate(const MeasureArguments& x) const override { return of_point(x); }
+  bool evaluate_value(const ValueArguments& x, double& value) const override {
+    value = of_point(x);
+    return true;
+  }
+
+ private:
+  template <class S>
+  S of_point(const MeasureArgumentsOf<S>& x) const {
+    S r[2];
     if (order_ == 0) point_.position(x.q, x.p, r[0], r[1]);
     if (order_ == 1) point_.velocity(x.q, x.v, x.p, r[0], r[1]);
     if (order_ == 2) point_.acceleration(x.q, x.v, x.a, x.p, r[0], r[1]);
     return r[component_];
   }
 
- private:
   PlanarPoint point_;
   int component_, order_;
 };
@@ -155,15 +162,22 @@ class SpatialPointOutput final : public LocalOutput {
   bool needs_accelerations() const override { return order_ == 2; }
 
  protected:
-  PathDual evaluate(const MeasureArguments& x) const override {
-    PathDual r[3];
+  PathDual evaluate(const MeasureArguments& x) const override { return of_point(x); }
+  bool evaluate_value(const ValueArguments& x, double& value) const override {
+    value = of_point(x);
+    return true;
+  }
+
+ private:
+  template <class S>
+  S of_point(const MeasureArgumentsOf<S>& x) const {
+    S r[3];
     if (order_ == 0) point_.position(x.q, x.p, r);
     if (order_ == 1) point_.velocity(x.q, x.v, x.p, r);
     if (order_ == 2) point_.acceleration(x.q, x.v, x.a, x.p, r);
     return r[component_];
   }
 
- private:
   SpatialPoint point_;
   int component_, order_;
 };
@@ -180,6 +194,9 @@ class ElementOutput final : public LocalOutput {
 
  protected:
   PathDual evaluate(const MeasureArguments& x) const override { return element_.measure(index_, x); }
+  bool evaluate_value(const ValueArguments& x, double& value) const override {
+    return element_.measure_value(index_, x, value);
+  }
 
  private:
   const Element& element_;

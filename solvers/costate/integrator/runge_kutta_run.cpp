@@ -42,6 +42,7 @@ constexpr double kNearTouch = 1e-7;
 constexpr double kIdleRounding = 0.1, kRoundings = 16;
 // Of velocities, the rounding of an estimate.
 constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
+constexpr const char* kTooMuchWork = "TOO_MUCH_WORK";
 }  // namespace
 
 template <class Kind>
@@ -177,6 +178,7 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
   if (not_finite_ &&
       std::abs(not_finite_->t - c.t) <= not_finite_reach(options_.t_end - options_.t_start, std::abs(h_)))
     throw RunNotFinite(*not_finite_, report);
+  if (c.flag == kTooMuchWork) throw TooMuchWork(report);
   throw SolverError(report);
 }
 
@@ -291,9 +293,9 @@ void RungeKuttaRun<Kind>::begin_step() {
 
 template <class Kind>
 void RungeKuttaRun<Kind>::take_step() {
-  if (steps_ >= options_.max_steps) fail("reached its limit of steps", "TOO_MUCH_WORK");
+  if (steps_ >= options_.max_steps) fail("reached its limit of steps", kTooMuchWork);
   if (const double all = pace_.projected(end_time_, steps_, options_.t_end, options_.max_steps); all > 0)
-    fail(pace_message(all, options_.max_steps), "TOO_MUCH_WORK");
+    fail(pace_message(all, options_.max_steps), kTooMuchWork);
   if (monitor_ && step_->evaluations() - polled_ >= kPollEvaluations) {
     polled_ = step_->evaluations();
     monitor_(end_time_, steps_, false);

@@ -74,6 +74,7 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   // Where Adams' method does not get on BDF may: of stiffness as short as the stop of a slip it is not told apart.
   if (!Api::implicit && !backward && flag == Api::too_much_work && options_.cvodes_method == "adams")
     throw StiffError(report);
+  if (flag == Api::too_much_work) throw TooMuchWork(report);
   throw SolverError(report);
 }
 

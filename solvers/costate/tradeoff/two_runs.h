@@ -17,15 +17,22 @@ struct TwoRuns {
   bool other_steps() const { return takes_other_steps(before, steps); }
   /// The first two have to do so much better than asked, or a third one tells.
   bool tell() const {
-    if (!other_steps()) return false;
+    // Steps that are a few more are not all bound by something else: of errors that leave that much room they tell.
+    if (!other_steps()) return !first_two && a_few_more() && kOfFewMore * relative <= accuracy;
     if (!first_two) return true;
     const bool loose = looser > kByChanceAt;
     return !(loose && steps < kFewSteps) && relative <= (loose ? kFirstTwo : kFirstTwoTight) * accuracy;
   }
 
   /// By how much what they tell is widened: what the first two do better than asked is left for what is chance.
-  double chance() const { return !first_two ? 1 : looser > kByChanceAt ? 0.75 / kFirstTwo : 1 / kFirstTwoTight; }
+  double chance() const {
+    if (!other_steps()) return kOfFewMore;
+    return !first_two ? 1 : looser > kByChanceAt ? 0.75 / kFirstTwo : 1 / kFirstTwoTight;
+  }
 
+  bool a_few_more() const { return static_cast<double>(steps) >= kFewMore * static_cast<double>(before); }
+
+  static constexpr double kFewMore = 1.05, kOfFewMore = 10;
   static constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
   static constexpr long kFewSteps = 30;
   /// To the next tolerance where steps were the same.

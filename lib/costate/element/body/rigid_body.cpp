@@ -40,21 +40,29 @@ std::vector<Measure> RigidBody::measures() const {
   return turning_measures();
 }
 
-PathDual RigidBody::measure(int i, const MeasureArguments& x) const {
+template <class S>
+S RigidBody::measured(int i, const MeasureArgumentsOf<S>& x) const {
   if (i >= 6 && i < 9) {
-    const PathDual *e = x.q + 3, &e0 = e[0], &e1 = e[1], &e2 = e[2], &e3 = e[3];
-    return cardan_angle<PathDual>(static_cast<CardanAngle>(i - 6), e0 * e0 + e1 * e1 - e2 * e2 - e3 * e3,
-                                  2.0 * (e1 * e2 + e0 * e3), 2.0 * (e1 * e3 - e0 * e2), 2.0 * (e2 * e3 + e0 * e1),
-                                  e0 * e0 - e1 * e1 - e2 * e2 + e3 * e3);
+    const S *e = x.q + 3, &e0 = e[0], &e1 = e[1], &e2 = e[2], &e3 = e[3];
+    return cardan_angle<S>(static_cast<CardanAngle>(i - 6), e0 * e0 + e1 * e1 - e2 * e2 - e3 * e3,
+                           2.0 * (e1 * e2 + e0 * e3), 2.0 * (e1 * e3 - e0 * e2), 2.0 * (e2 * e3 + e0 * e1),
+                           e0 * e0 - e1 * e1 - e2 * e2 + e3 * e3);
   }
   // omega = 2 G(e) e', and alpha = 2 G(e) e'', since G(e') e' = 0.
-  const PathDual* change = (i < 6 ? x.v : x.a) + 3;
-  PathDual rate[3];
+  const S* change = (i < 6 ? x.v : x.a) + 3;
+  S rate[3];
   if (i % 9 < 3)
     body_rate(x.q + 3, change, rate);
   else
     global_rate(x.q + 3, change, rate);
   return 2.0 * rate[i % 3];
+}
+
+PathDual RigidBody::measure(int i, const MeasureArguments& x) const { return measured(i, x); }
+
+bool RigidBody::measure_value(int i, const ValueArguments& x, double& value) const {
+  value = measured(i, x);
+  return true;
 }
 
 void RigidBody::calc_mass(const LocalState& s, LocalMatrix& M) const {

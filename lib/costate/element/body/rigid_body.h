@@ -37,6 +37,7 @@ class RigidBody final : public BodyOf<RigidBody> {
   /// Angular velocity in the body's and in the global frame; roll, pitch and yaw.
   std::vector<Measure> measures() const override;
   PathDual measure(int i, const MeasureArguments& x) const override;
+  bool measure_value(int i, const ValueArguments& x, double& value) const override;
 
   bool by_hand() const override { return true; }
   void calc_mass(const LocalState& s, LocalMatrix& M) const override;
@@ -46,6 +47,8 @@ class RigidBody final : public BodyOf<RigidBody> {
   double potential_energy(const LocalState& s) const override;
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const;
   template <class S>
   static void inertia_times(const S* n, const S* x, S* out) {
     out[0] = n[1] * x[0] + n[4] * x[1] + n[5] * x[2];

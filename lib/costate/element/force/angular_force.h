@@ -82,14 +82,10 @@ class AngularForce : public ForceOf<AngularForce<Law>>, public MotionLawElement 
     if constexpr (requires { Law::drives; }) m.push_back({"power", "W", false});
     return m;
   }
-  PathDual measure(int i, const MeasureArguments& x) const override {
-    if (i == 0) return difference(x.q);
-    if (i == 1) return difference(x.v);
-    PathDual force, zdot[Law::states + 1];
-    law_(x.t, difference(x.q), difference(x.v), x.z, x.p, force, zdot);
-    if (i == 3) return -force * difference(x.v);
-    if constexpr (requires { Law::pushes; }) return -force;
-    return force;
+  PathDual measure(int i, const MeasureArguments& x) const override { return measured(i, x); }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    value = measured(i, x);
+    return true;
   }
 
   double potential_energy(const LocalState& s) const override { return stored_energy(law_, difference(s.q), s.p, s.z); }
@@ -106,6 +102,17 @@ class AngularForce : public ForceOf<AngularForce<Law>>, public MotionLawElement 
   }
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const {
+    if (i == 0) return difference(x.q);
+    if (i == 1) return difference(x.v);
+    S force, zdot[Law::states + 1];
+    law_(x.t, difference(x.q), difference(x.v), x.z, x.p, force, zdot);
+    if (i == 3) return -force * difference(x.v);
+    if constexpr (requires { Law::pushes; }) return -force;
+    return force;
+  }
+
   Law law_;
   bool relative_;
   Measures measures_;

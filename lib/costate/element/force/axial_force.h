@@ -166,13 +166,10 @@ class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElemen
     if constexpr (requires { Law::drives; }) m.push_back({"power", "W", false});
     return m;
   }
-  PathDual measure(int i, const MeasureArguments& x) const override {
-    PathDual d[dim], n[dim], length, rate, force, zdot[Law::states + 1];
-    geometry(x.q, x.v, x.p, d, n, length, rate);
-    if (i == 0) return length;
-    if (i == 1) return rate;
-    law_(x.t, length, rate, x.z, x.p, force, zdot);
-    return i == 2 ? force : -force * rate;
+  PathDual measure(int i, const MeasureArguments& x) const override { return measured(i, x); }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    value = measured(i, x);
+    return true;
   }
 
   double potential_energy(const LocalState& s) const override {
@@ -198,6 +195,16 @@ class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElemen
   }
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const {
+    S d[dim], n[dim], length, rate, force, zdot[Law::states + 1];
+    geometry(x.q, x.v, x.p, d, n, length, rate);
+    if (i == 0) return length;
+    if (i == 1) return rate;
+    law_(x.t, length, rate, x.z, x.p, force, zdot);
+    return i == 2 ? force : -force * rate;
+  }
+
   [[noreturn]] void coincident(double length) const {
     throw ModelError(this->path(),
                      fmt::format("The length between '{}' and '{}' fell to {:.3g} m; the end points coincide, so "

@@ -145,13 +145,10 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
   std::vector<Measure> measures() const override {
     return {{"displacement", "m", false}, {"rate", "m/s", false}, {"force", "N", false}};
   }
-  PathDual measure(int i, const MeasureArguments& arguments) const override {
-    PathDual x, rate, force, zdot[Law::states + 1];
-    displacement(arguments.q, arguments.v, arguments.p, x, rate);
-    if (i == 0) return x;
-    if (i == 1) return rate;
-    law_(arguments.t, x, rate, arguments.z, arguments.p, force, zdot);
-    return force;
+  PathDual measure(int i, const MeasureArguments& x) const override { return measured(i, x); }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    value = measured(i, x);
+    return true;
   }
 
   double potential_energy(const LocalState& s) const override {
@@ -182,6 +179,16 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
   }
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& arguments) const {
+    S x, rate, force, zdot[Law::states + 1];
+    displacement(arguments.q, arguments.v, arguments.p, x, rate);
+    if (i == 0) return x;
+    if (i == 1) return rate;
+    law_(arguments.t, x, rate, arguments.z, arguments.p, force, zdot);
+    return force;
+  }
+
   using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, SpatialVector::kMax>;
 
   /// x and its rate.

@@ -61,18 +61,26 @@ std::vector<Measure> Bushing::measures() const {
   return r;
 }
 
-PathDual Bushing::measure(int i, const MeasureArguments& m) const {
-  Deformation<PathDual> x;
+template <class S>
+S Bushing::measured(int i, const MeasureArgumentsOf<S>& m) const {
+  Deformation<S> x;
   deform(m.q, m.v, m.p + kNumbers, has_moment(m.p), x);
   if (i < 6) return x.x[i];
   const auto load = [&](int k) { return m.p[k] * x.x[k] + m.p[6 + k] * x.rate[k] + m.p[12 + k]; };
   if (i < 9) return load(i - 6);
-  PathDual M[3], W[3], across[3];
+  S M[3], W[3], across[3];
   for (int k = 0; k < 3; ++k) M[k] = load(3 + k);
   weigh_rho(x, M, W);
   cross3(x.rho, W, across);
   const int k = i - 9;
-  return PathDual(0.5) * (W[k] + across[k] + x.rho[k] * dot3(x.rho, W));
+  return S(0.5) * (W[k] + across[k] + x.rho[k] * dot3(x.rho, W));
+}
+
+PathDual Bushing::measure(int i, const MeasureArguments& x) const { return measured(i, x); }
+
+bool Bushing::measure_value(int i, const ValueArguments& x, double& value) const {
+  value = measured(i, x);
+  return true;
 }
 
 namespace {

@@ -51,8 +51,11 @@ class Bushing final : public ForceOf<Bushing> {
 
   std::vector<Measure> measures() const override;
   PathDual measure(int i, const MeasureArguments& x) const override;
+  bool measure_value(int i, const ValueArguments& x, double& value) const override;
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const;
   template <class S>
   struct Deformation {
     S x[6], rate[6];           // translations [m], rotation vector [rad], and their rates

@@ -239,9 +239,17 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     if (uses_spin) m.push_back({"longitudinal_slip", "1", false});
     return m;
   }
-  PathDual measure(int i, const MeasureArguments& x) const override {
-    Evaluation<PathDual> e;
-    PathDual zdot[Model::most_states + 1];
+  PathDual measure(int i, const MeasureArguments& x) const override { return measured(i, x); }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    value = measured(i, x);
+    return true;
+  }
+
+ private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const {
+    Evaluation<S> e;
+    S zdot[Model::most_states + 1];
     evaluate(x.t, x.q, x.v, x.z, x.p, e, zdot);
     switch (i) {
       case 0:
@@ -252,7 +260,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
         return e.geometry.camber;
       case 3:
       case 4: {
-        PathDual r[3];
+        S r[3];
         SpatialPointMath::position(x.q, x.p + Numbers::center, r);
         return r[i - 3] + e.arm[i - 3];
       }
@@ -270,7 +278,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     }
   }
 
- private:
   /// The formulas of a point on a body without a point.
   struct SpatialPointMath {
     template <class S>

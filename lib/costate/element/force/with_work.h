@@ -65,6 +65,11 @@ class WithWork final : public Base {
   PathDual measure(int i, const MeasureArguments& x) const override {
     return i == static_cast<int>(Base::measures().size()) ? x.z[work()] : Base::measure(i, x);
   }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    if (i != static_cast<int>(Base::measures().size())) return Base::measure_value(i, x, value);
+    value = x.z[work()];
+    return true;
+  }
 
  private:
   int work() const { return Base::states(); }

@@ -114,6 +114,25 @@ inline Vector residual(const Body& e, const Local& s) {
   return out;
 }
 
+/// Measures on plain numbers are those on path duals; returns how many there are on plain numbers.
+inline int check_measures(const Element& e, const Local& s) {
+  const auto lift = [](const Vector& x) { return std::vector<PathDual>(x.data(), x.data() + x.size()); };
+  const auto q = lift(s.q), v = lift(s.v), a = lift(s.a), lambda = lift(s.lambda), z = lift(s.z), p = lift(s.p);
+  const MeasureArguments dual{PathDual(s.t), q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()};
+  const ValueArguments plain{s.t, s.q.data(), s.v.data(), s.a.data(), s.lambda.data(), s.z.data(), s.p.data()};
+  int plain_ones = 0;
+  const auto measures = e.measures();
+  for (int i = 0; i < static_cast<int>(measures.size()); ++i) {
+    double value = 0;
+    if (!e.measure_value(i, plain, value)) continue;
+    ++plain_ones;
+    const double expected = e.measure(i, dual).v.c0;
+    INFO(measures[static_cast<std::size_t>(i)].name << " is " << value << ", " << expected << " on path duals");
+    REQUIRE(std::abs(value - expected) <= kHandTolerance * std::max(1.0, std::abs(expected)));
+  }
+  return plain_ones;
+}
+
 inline void check(const Body& e, const Local& s) {
   const auto n = s.q.size();
   const Matrix M = block(n, n, [&](LocalMatrix& m) { e.calc_mass(s.view(), m); });

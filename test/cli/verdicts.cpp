@@ -97,11 +97,11 @@ TEST_CASE("verdicts: a constraint that no point meets is violated, not active") 
 namespace {
 
 /// f1 = a^2 whatever b is; f2 = (a - 1)^2 + (b - 1)^2.
-void write_targets(const WorkingDirectory& here, const std::string& more) {
-  write_text(here / "one.toml", scene("P.x^2", kUnitBounds, 0.3, 0.2));
-  write_text(here / "two.toml", scene("(P.x-1)^2+(P.y-1)^2", kUnitBounds, 0.3, 0.2));
-  write_text(here / "far.toml", scene("P.x^2+P.y^2", kUnitBounds, 0.3, 0.2));
-  write_text(here / "front.toml", scene("P.x", kUnitBounds, 0.3, 0.2) +
+void write_targets(const WorkingDirectory& here, const std::string& more, double b = 0.2) {
+  write_text(here / "one.toml", scene("P.x^2", kUnitBounds, 0.3, b));
+  write_text(here / "two.toml", scene("(P.x-1)^2+(P.y-1)^2", kUnitBounds, 0.3, b));
+  write_text(here / "far.toml", scene("P.x^2+P.y^2", kUnitBounds, 0.3, b));
+  write_text(here / "front.toml", scene("P.x", kUnitBounds, 0.3, b) +
                                       "[[case]]\nname = \"f1\"\nscene = \"one.toml\"\n[[case]]\nname = \"f2\"\n"
                                       "scene = \"two.toml\"\n" +
                                       more);
@@ -123,6 +123,15 @@ TEST_CASE("verdicts: the end of a front is the best for the others where its tar
     CHECK(p.at("repeated") == false);
     CHECK(p.at("violation") == 0.0);
   }
+  CHECK(j.at("notes").size() == 1);
+}
+
+TEST_CASE("verdicts: the end of a front where the others gain little by another design") {
+  // From b = 0.94 on f2 gains 0.0036 of 1 along f1 = 0: less than what a thousandth of it makes of f1 times twenty.
+  const WorkingDirectory here;
+  write_targets(here, "", 0.94);
+  const Json j = costate_json({"pareto", "front.toml", "--no-files", "--points", "3"}, here.path());
+  CHECK(j.at("nadir").at("f2").get<double>() == Approx(1).epsilon(1e-4));
   CHECK(j.at("notes").size() == 1);
 }
 

@@ -22,7 +22,7 @@ namespace {
 constexpr double kConflict = 1e3;
 /// What the others count for, in ranges of targets, where one is at its least, and what another has to gain: where the
 /// least is at one design alone, that costs half of the product of both, by the second derivatives.
-constexpr double kOfOthers = 1e-3, kGained = 1e-3, kCosts = 0.05;
+constexpr double kOfOthers[] = {1e-3, 1e-5}, kGained = 1e-3, kCosts = 0.05;
 
 class Tracer {
  public:
@@ -74,17 +74,24 @@ class Tracer {
     keep(search(d, std::vector<double>(design_.targets.size(), 0.0), static_cast<int>(g)));
   }
 
-  /// Where many designs have one target at its least: the one of them that is best for the others.
+  /// Where many designs have one target at its least: the one of them that is best for the others. Where that gains
+  /// little, what the others weigh is to be little, too.
   void choose_end(std::size_t g) {
+    for (const double weight : kOfOthers)
+      if (choose_end(g, weight)) return;
+  }
+
+  /// False where the target lost by what the others weigh: with less of that it may not.
+  bool choose_end(std::size_t g, double weight) {
     Design d = design_;
     d.goal = Design::Goal::sum;
     for (std::size_t i = 0; i < d.targets.size(); ++i)
-      d.targets[i].range = (front_.nadir[i] - front_.ideal[i]) / (i == g ? 1 : kOfOthers);
+      d.targets[i].range = (front_.nadir[i] - front_.ideal[i]) / (i == g ? 1 : weight);
     ParetoPoint& end = front_.points[g];
     for (std::size_t j = 0; j < end.rho.size(); ++j) d.parameters.parameters[j].value = end.rho[j];
     std::optional<ParetoPoint> p = search(d, end.simplex, -1);
     if (error_) std::rethrow_exception(error_);
-    if (!p) return;
+    if (!p) return true;
     end.evaluations += p->evaluations;
     const auto lost = [&](std::size_t i) {
       return (p->targets[i] - end.targets[i]) / (front_.nadir[i] - front_.ideal[i]);
@@ -92,9 +99,8 @@ class Tracer {
     double gained = 0;
     for (std::size_t i = 0; i < d.targets.size(); ++i)
       if (i != g) gained = std::max(gained, -lost(i));
-    if (!(lost(g) <= kCosts * kOfOthers * gained) || !(gained > kGained) ||
-        p->excess > std::max(end.excess, ParetoPoint::kExceeded))
-      return;
+    if (!(gained > kGained) || p->excess > std::max(end.excess, ParetoPoint::kExceeded)) return true;
+    if (!(lost(g) <= kCosts * weight * gained)) return false;
     p->least_of = static_cast<int>(g);
     p->evaluations = end.evaluations;
     end = std::move(*p);
@@ -102,6 +108,7 @@ class Tracer {
         fmt::format("'{}' is at its least at many designs: its end is the one that is best for the "
                     "others.",
                     design_.targets[g].name));
+    return true;
   }
 
   void measure_ranges() {

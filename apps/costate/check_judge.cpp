@@ -15,9 +15,10 @@ namespace costate::app {
 namespace {
 
 // In units of rtol. A right gradient's error is a modest multiple (20 to 400 on smooth scenes) ...
-constexpr double kComponent = 1000;  // ... of the component itself,
-constexpr double kOthers = 10;       // and of the largest one, where a component is small beside it.
-constexpr double kRounding = 1e-9;   // of the largest one, at any tolerance
+constexpr double kComponent = 1000;   // ... of the component itself,
+constexpr double kOthers = 10;        // and of the largest one, where a component is small beside it.
+constexpr double kRounding = 1e-9;    // of the largest one, at any tolerance
+constexpr double kFallsInDecade = 5;  // what errors of the tolerance fall by in a decade, at least
 
 /// Tells right rows from wrong ones, a row at a time.
 class RowJudge {
@@ -169,6 +170,8 @@ class RowJudge {
       for (std::size_t j = 0; j < error_.size(); ++j) {
         const double zero = y_.noise(tighter.solver.rtol) + y_.uncertainty[j];
         if (error_[j] > strict_[j]) allowed[j] = std::min(allowed[j], error_[j] / 2);
+        // A decade is all that this one can follow: errors fall with the power 5/6 of the tolerance.
+        if (factor == 1e-1) allowed[j] = std::max(allowed[j], error_[j] / kFallsInDecade);
         allowed[j] = std::max(allowed[j], zero) + 1.5 * softness_[j];
         is_noise = is_noise && left[j] <= zero;
       }

@@ -21,6 +21,10 @@ class CoincidenceConstraint final : public ConstraintOf<CoincidenceConstraint> {
   std::vector<Measure> measures() const override { return {{"reaction_x", "N", true}, {"reaction_y", "N", true}}; }
   /// The joint's force on the first point.
   PathDual measure(int i, const MeasureArguments& x) const override { return x.lambda[i]; }
+  bool measure_value(int i, const ValueArguments& x, double& value) const override {
+    value = x.lambda[i];
+    return true;
+  }
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
   void calc_phi_t(const LocalState&, double*) const override {}

@@ -25,6 +25,10 @@ class CouplingConstraint final : public ConstraintOf<CouplingConstraint> {
   /// What the coupling does to the second coordinate, -lambda.
   std::vector<Measure> measures() const override { return {{"reaction", reaction_unit_, true}}; }
   PathDual measure(int, const MeasureArguments& x) const override { return -x.lambda[0]; }
+  bool measure_value(int, const ValueArguments& x, double& value) const override {
+    value = -x.lambda[0];
+    return true;
+  }
 
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;

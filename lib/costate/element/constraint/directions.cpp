@@ -34,18 +34,26 @@ std::string DirectionsConstraint::row_name(int i) const {
   return i == 0 ? "tilt_1" : i == 1 ? "tilt_2" : "turn";
 }
 
-PathDual DirectionsConstraint::measure(int i, const MeasureArguments& x) const {
+template <class S>
+S DirectionsConstraint::measured(int i, const MeasureArgumentsOf<S>& x) const {
   // -(u.w)_theta: what turns the first body's u towards w.
-  PathDual s[3][3], t[3][3], sum(0.0);
+  S s[3][3], t[3][3], sum(0.0);
   components(x.p, s, t);
   for (int k = 0; k < rows(); ++k) {
-    PathDual u[3], w[3], across[3];
+    S u[3], w[3], across[3];
     i_.value(x.q, s[k], u);
     j_.value(x.q + i_.size(), t[k], w);
     cross3(u, w, across);
     sum -= x.lambda[k] * across[i];
   }
   return sum;
+}
+
+PathDual DirectionsConstraint::measure(int i, const MeasureArguments& x) const { return measured(i, x); }
+
+bool DirectionsConstraint::measure_value(int i, const ValueArguments& x, double& value) const {
+  value = measured(i, x);
+  return true;
 }
 
 void DirectionsConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {

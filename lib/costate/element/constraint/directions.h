@@ -43,6 +43,7 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
     return {{"moment_x", "N m", true}, {"moment_y", "N m", true}, {"moment_z", "N m", true}};
   }
   PathDual measure(int i, const MeasureArguments& x) const override;
+  bool measure_value(int i, const ValueArguments& x, double& value) const override;
   Condition condition() const { return condition_; }
   /// The least cosine between the axes, and of aligned ones between the normals (as a x n): 1, or -1 where the rows
   /// hold with a pair of them opposite.
@@ -56,6 +57,8 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
                      LocalMatrix& phidd_q) const override;
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const;
   /// The components s_i and s_j of each row.
   template <class S>
   void components(const S* p, S (*s)[3], S (*t)[3]) const {

@@ -17,17 +17,25 @@ OnAxisConstraint::OnAxisConstraint(std::string kind, std::string name, SpatialVe
   append_numbers(offset_.vector().numbers());
 }
 
-PathDual OnAxisConstraint::measure(int i, const MeasureArguments& x) const {
+template <class S>
+S OnAxisConstraint::measured(int i, const MeasureArgumentsOf<S>& x) const {
   using std::sqrt;
   if (i == 0) return offset_.value(x.q, x.p + 3, x.p) / sqrt(dot3(x.p, x.p));
-  PathDual b[2][3], sum(0.0);
+  S b[2][3], sum(0.0);
   perpendicular_units(x.p, across_, b[0], b[1]);
   for (int k = 0; k < 2; ++k) {
-    PathDual u[3];
+    S u[3];
     offset_.direction(x.q, b[k], u);
     sum += x.lambda[k] * u[i - 1];
   }
   return sum;
+}
+
+PathDual OnAxisConstraint::measure(int i, const MeasureArguments& x) const { return measured(i, x); }
+
+bool OnAxisConstraint::measure_value(int i, const ValueArguments& x, double& value) const {
+  value = measured(i, x);
+  return true;
 }
 
 void OnAxisConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {

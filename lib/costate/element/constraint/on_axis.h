@@ -28,6 +28,7 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
     return {{"travel", "m", false}, {"reaction_x", "N", true}, {"reaction_y", "N", true}, {"reaction_z", "N", true}};
   }
   PathDual measure(int i, const MeasureArguments& x) const override;
+  bool measure_value(int i, const ValueArguments& x, double& value) const override;
 
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
@@ -38,6 +39,8 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
                      LocalMatrix& phidd_q) const override;
 
  private:
+  template <class S>
+  S measured(int i, const MeasureArgumentsOf<S>& x) const;
   BodyOffset offset_;
   int across_;
 };

@@ -31,6 +31,10 @@ class TieRodConstraint final : public ConstraintOf<TieRodConstraint> {
   }
   std::vector<Measure> measures() const override { return {{"tension", "N", true}}; }
   PathDual measure(int, const MeasureArguments& x) const override { return 2.0 * x.p[0] * x.lambda[0]; }
+  bool measure_value(int, const ValueArguments& x, double& value) const override {
+    value = 2.0 * x.p[0] * x.lambda[0];
+    return true;
+  }
 
   bool by_hand() const override { return true; }
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;

@@ -7,7 +7,9 @@
 
 #include "costate/analysis/start.h"
 #include "costate/analysis/undetermined_reactions.h"
+#include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
 
 namespace costate {
 
@@ -41,7 +43,11 @@ void OpenCosts::look(const MechanismState& s) {
 }
 
 void OpenCosts::tell(bool redundant) const {
-  if (redundant && on_reactions_) tell_of_rows();
+  if (const std::string rows = redundant && on_reactions_ ? open_rows() : ""; !rows.empty())
+    notice(
+        fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
+                    "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
+                    rows, problem_.formulation));
   if (const std::optional<Open>& open = running_ ? running_ : terminal_)
     notice(
         fmt::format("The cost holds reactions that the motion does not determine: from t = {:.6g} s on contacts hold a "
@@ -50,16 +56,27 @@ void OpenCosts::tell(bool redundant) const {
                     open->t, open->rows, problem_.formulation));
 }
 
-void OpenCosts::tell_of_rows() const {
+void OpenCosts::refuse_gradient(bool redundant) const {
+  const Formulation& f = find_formulation(problem_.formulation);
+  if (!f.weighted || !f.exact_constraints()) return;
+  std::string rows = redundant && on_reactions_ ? open_rows() : "";
+  if (const std::optional<Open>& open = running_ ? running_ : terminal_; rows.empty() && open) rows = open->rows;
+  if (rows.empty()) return;
+  throw CapabilityError(
+      fmt::format("The cost holds reactions that the motion does not determine: rows depend on each other ({}). "
+                  "Formulation '{}' chooses some, by turns whose derivative is another choice's: it has no gradient of "
+                  "this psi. Take maggi, whose choice is the least of all, or a cost that no sharing changes.",
+                  rows, problem_.formulation));
+}
+
+std::string OpenCosts::open_rows() const {
   Assembly assembly(problem_.mechanism, problem_.parameters);
   assembly.set_parameters(rho_.data());
   const Start start = find_start(assembly, problem_.solver.t_start, false);
   UndeterminedReactions reactions(assembly, problem_.solver.t_start, start.q, start.z);
-  if (leaves_open(reactions, problem_.objective.running) || leaves_open(reactions, problem_.objective.terminal))
-    notice(
-        fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
-                    "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
-                    first_names(reactions.rows()), problem_.formulation));
+  const bool open =
+      leaves_open(reactions, problem_.objective.running) || leaves_open(reactions, problem_.objective.terminal);
+  return open ? first_names(reactions.rows()) : "";
 }
 
 }  // namespace costate

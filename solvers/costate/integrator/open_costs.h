@@ -23,10 +23,16 @@ class OpenCosts {
   void look(const MechanismState& s);
   /// A notice, if anything was open; `redundant`: whether rows that are there from the start on depend on each other.
   void tell(bool redundant) const;
+  /// Of a gradient: throws CapabilityError where a formulation's choice moves with the parameters by what its
+  /// derivatives do not hold. The turns of an augmented Lagrangian choose multipliers in the range of Phi_q, which
+  /// turns with the positions; those of Phi_q's pseudo-inverse are differentiated with it, and a weight's are a law.
+  void refuse_gradient(bool redundant) const;
 
  private:
+  /// The rows that are there from the start on and leave a cost open; empty where none do.
+  std::string open_rows() const;
+
   bool leaves_open(UndeterminedReactions& reactions, const std::vector<std::shared_ptr<const CostTerm>>& terms) const;
-  void tell_of_rows() const;
 
   const Problem& problem_;
   std::vector<double> rho_;

@@ -167,6 +167,7 @@ void RunWatch::conclude(GradientResult& result) const {
   refuse_grazing(grazing_, problem_.solver.rtol);
   for (const auto& why : {watch_.without_derivative(), formulas_.met(), own_jumps_.met()})
     if (why) throw SolverError(*why);
+  open_costs_.refuse_gradient(watch_.began_redundant());
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);
   tell_of_coincident(problem_, system_.assembly().numbers(), result.events);

@@ -114,12 +114,7 @@ void IndependentState::add_sizes_by_reactions(const StateView& s, const Eigen::V
     if (o->unit() == "m/s^2" || o->unit() == "rad/s^2") accelerations.push_back(o.get());
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n), of_rows = Eigen::MatrixXd::Zero(n, m);
   fill(M, assembly_.square(), assembly_.M, 0, false);
-  const SparsePattern& jacobian = assembly_.jacobian();
-  for (int j = 0; j < n; ++j)
-    for (auto e = jacobian.column_start[static_cast<std::size_t>(j)];
-         e < jacobian.column_start[static_cast<std::size_t>(j) + 1]; ++e)
-      of_rows(j, jacobian.row[static_cast<std::size_t>(e)]) +=
-          assembly_.reaction_jacobian()[static_cast<std::size_t>(e)];
+  fill(of_rows, assembly_.jacobian(), assembly_.reaction_jacobian(), 0, true);
   Eigen::VectorXd scale = M.diagonal();
   for (int j = 0; j < n; ++j) scale[j] = scale[j] > 0 ? 1 / std::sqrt(scale[j]) : 1;
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors(scale.asDiagonal() * M * scale.asDiagonal());

@@ -85,20 +85,20 @@ void HandEquations::evaluate(double t, const double* qvz) {
 StateView HandEquations::led_back(const StateView& s) {
   led_back_.assign(s.q, s.q + 2 * n_ + nz_);
   const StateView r = packed_view(s.t, led_back_.data(), n_);
+  // Off by `error`, an entry a row.
   std::vector<double> b(static_cast<std::size_t>(n_ + m_));
-  const auto move = [&](double* x) {
-    level_.prepare(r);
+  const auto correct = [&](double* x, const double* error) {
     std::fill_n(b.begin(), n_, 0.0);
-    if (x == r.q) std::copy_n(assembly_.phi.data(), m_, b.data() + n_);
-    if (x == r.v) {
-      std::copy_n(assembly_.phi_t.data(), m_, b.data() + n_);
-      level_.add_jacobian(1, r.v, b.data() + n_);
-    }
+    std::copy_n(error, m_, b.data() + n_);
     level_.solve_kkt(b.data());
     for (int i = 0; i < n_; ++i) x[i] -= b[static_cast<std::size_t>(i)];
   };
-  move(led_back_.data());
-  move(led_back_.data() + n_);
+  level_.prepare(r);
+  correct(led_back_.data(), assembly_.phi.data());
+  level_.prepare(r);
+  std::vector<double> rate = assembly_.phi_t;
+  level_.add_jacobian(1, r.v, rate.data());
+  correct(led_back_.data() + n_, rate.data());
   return r;
 }
 

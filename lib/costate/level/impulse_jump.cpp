@@ -23,11 +23,9 @@ const double* ImpulseJump::calc(const StateView& before, double t_after) {
   solution_.assign(static_cast<std::size_t>(n + m), 0);
   for (int i = 0; i < m; ++i) solution_[n + i] = driven[i] - assembly_.phi_t[i];
   // Where a force's law jumps, or a cost's weight, nothing does here.
-  const auto jumps = [&](int i) {
-    return std::abs(solution_[n + i]) > kDrivenJump * (std::abs(driven[i]) + std::abs(assembly_.phi_t[i]));
-  };
-  for (int i = 0; i < m && !assembly_.sliding_rows().empty(); ++i)
-    if (jumps(i))
+  const bool slides = !assembly_.sliding_rows().empty();
+  for (int i = 0; i < m; ++i)
+    if (slides && std::abs(solution_[n + i]) > kDrivenJump * (std::abs(driven[i]) + std::abs(assembly_.phi_t[i])))
       throw CapabilityError(fmt::format(
           "At t = {:.9g} s a driven velocity jumps ({}) while a contact slides ({}), whose impulse is not there yet. "
           "Take a driver without a kink there.",

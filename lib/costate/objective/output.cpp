@@ -233,7 +233,7 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
       for (int order = 0; order < 3; ++order) {
         const std::string name = p.name() + (component == 0 ? ".x" : ".y") + kSuffix[order];
         if (visit(name, Factory([&, component, order, name] {
-                    return std::make_unique<PointOutput>(name, rate_unit("m", order), p, component, order);
+                    return std::make_unique<PointOutput<PlanarPoint>>(name, rate_unit("m", order), p, component, order);
                   })))
           return true;
       }
@@ -245,7 +245,8 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
       for (int order = 0; order < 3; ++order) {
         const std::string name = p.name() + "." + "xyz"[component] + kSuffix[order];
         if (visit(name, Factory([&, component, order, name] {
-                    return std::make_unique<SpatialPointOutput>(name, rate_unit("m", order), p, component, order);
+                    return std::make_unique<PointOutput<SpatialPoint>>(name, rate_unit("m", order), p, component,
+                                                                       order);
                   })))
           return true;
       }

@@ -11,8 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
-#include "costate/event/bend_watch.h"
-#include "costate/formulation/law_joins.h"
+#include "costate/formulation/smooth_motion.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
@@ -111,8 +110,7 @@ constexpr long kMostRefined = 16;  // times the steps that psi needs
 bool may_bend(const Problem& problem) {
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(problem.parameters.values().data());
-  return bends_of(*problem.mechanism, assembly.numbers()) != Bends::none ||
-         !BendWatch(assembly, problem.objective, problem.solver.rtol, problem.solver.absolute()).empty();
+  return may_bend(assembly, problem.objective, problem.solver.rtol, problem.solver.absolute());
 }
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.

@@ -43,7 +43,7 @@ void OpenCosts::look(const MechanismState& s) {
 }
 
 void OpenCosts::tell(bool redundant) const {
-  if (const std::string rows = redundant && on_reactions_ ? open_rows() : ""; !rows.empty())
+  if (const std::string rows = open_rows(redundant); !rows.empty())
     notice(
         fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
                     "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
@@ -59,7 +59,7 @@ void OpenCosts::tell(bool redundant) const {
 void OpenCosts::refuse_gradient(bool redundant) const {
   const Formulation& f = find_formulation(problem_.formulation);
   if (!f.weighted || !f.exact_constraints()) return;
-  std::string rows = redundant && on_reactions_ ? open_rows() : "";
+  std::string rows = open_rows(redundant);
   if (const std::optional<Open>& open = running_ ? running_ : terminal_; rows.empty() && open) rows = open->rows;
   if (rows.empty()) return;
   throw CapabilityError(
@@ -69,7 +69,8 @@ void OpenCosts::refuse_gradient(bool redundant) const {
                   rows, problem_.formulation));
 }
 
-std::string OpenCosts::open_rows() const {
+std::string OpenCosts::open_rows(bool redundant) const {
+  if (!redundant || !on_reactions_) return "";
   Assembly assembly(problem_.mechanism, problem_.parameters);
   assembly.set_parameters(rho_.data());
   const Start start = find_start(assembly, problem_.solver.t_start, false);

@@ -29,8 +29,8 @@ class OpenCosts {
   void refuse_gradient(bool redundant) const;
 
  private:
-  /// The rows that are there from the start on and leave a cost open; empty where none do.
-  std::string open_rows() const;
+  /// The rows that are there from the start on, `redundant`, and leave a cost open; empty where none do.
+  std::string open_rows(bool redundant) const;
 
   bool leaves_open(UndeterminedReactions& reactions, const std::vector<std::shared_ptr<const CostTerm>>& terms) const;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "costate/assembly/packed_state.h"
 #include "costate/base/notice.h"
@@ -103,21 +104,22 @@ std::vector<double> times_of_laws(const Problem& problem, const std::vector<doub
 std::vector<double> bends_along(Assembly& assembly, const Objective& objective, const Problem& problem,
                                 const Trajectory& motion, bool backward) {
   BendWatch watch(assembly, objective, problem.solver.rtol, problem.solver.absolute());
-  std::vector<double> times, before, qvz(static_cast<std::size_t>(motion.width()));
+  std::vector<double> times, qvz(static_cast<std::size_t>(motion.width()));
   if (watch.empty()) return times;
   const auto at = [&](double t) {
     motion.evaluate(t, qvz.data());
     return packed_view(t, qvz.data(), assembly.n());
   };
   double from = motion.t_begin();
-  for (std::size_t i = 0; i < motion.steps(); from = motion.step_end(i++))
-    for (double begin = from, end = motion.step_end(i); begin < end; begin = times.back()) {
-      const auto t = watch.first(begin, end, at);
-      if (!t) break;
-      times.push_back(*t);
-      if (!backward) before.push_back(*t - 2 * BendWatch::kResolved * (end - begin));
+  for (std::size_t i = 0; i < motion.steps(); ++i) {
+    const double end = motion.step_end(i);
+    while (from < end) {
+      const std::optional<double> behind = watch.first(from, end, at);
+      if (behind) times.push_back(backward ? *behind : *behind - 2 * BendWatch::kResolved * (end - from));
+      from = behind.value_or(end);
     }
-  return backward ? times : before;
+  }
+  return times;
 }
 }  // namespace
 

@@ -341,7 +341,7 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       return;
     }
     // What a slow impact may do by less than speeds are told apart is one.
-    if (!are_one_motion(found, u.data(), kSameMotion * std::max(fastest, fastest_)))
+    if (!are_one_motion(found, u.data(), levers_, kSameMotion * std::max(fastest, fastest_)))
       throw SolverError(
           fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
                       "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",

@@ -22,8 +22,9 @@
 namespace costate {
 
 namespace {
-// A speed along the ground of this part of all speeds, or that accelerations make in this time [s], is none.
-constexpr double kStopped = 1e-9, kStopTime = 1e-9;
+// A speed along the ground of this part of all speeds, or that accelerations make in this time, is none: in units of a
+// second, or where they are large for the mechanism's length of the time that they take over so many times that.
+constexpr double kStopped = 1e-9, kStopTime = 1e-9, kStopLengths = 10;
 // A normal force this much larger than all others has gone through infinity.
 constexpr double kUnbounded = 1e4;
 }  // namespace
@@ -187,11 +188,10 @@ void MotionEvents::require_sliding(const StateView& s) {
 }
 
 bool MotionEvents::has_stopped(const ContactOf& c, const StateView& s, double acceleration) const {
-  double fastest = 0;
-  for (int i = 0; i < assembly_.n(); ++i) fastest = std::max(fastest, std::abs(s.v[i]));
   double speed = std::abs(row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1);
   if (slides_in_space(c)) speed = std::hypot(speed, row_of(*c.force, *c.contact, 2, s, assembly_, nullptr).c1);
-  return speed <= kStopped * fastest + kStopTime * acceleration;
+  const double in_unit_time = std::min(acceleration, kStopLengths * std::sqrt(length_ * acceleration));
+  return speed <= kStopped * largest_of(s.v) + kStopTime * in_unit_time;
 }
 
 double MotionEvents::largest_acceleration(const StateView& s) {
@@ -201,9 +201,7 @@ double MotionEvents::largest_acceleration(const StateView& s) {
   if (!slides) return 0;
   std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
   solve_motion(s, x.data());
-  double largest = 0;
-  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
-  return largest;
+  return largest_of(x.data());
 }
 
 void MotionEvents::solve_motion(const StateView& s, double* x) {
@@ -288,10 +286,11 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   // Where friction reaches a limit it is known as well as the instant: one that sticks on may be as far beyond its own.
   const double beyond = !begin.empty() || !stops.empty() ? kSameMotion : kContactRounding;
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
-    double forces = 0, accelerations = by_forces;
-    for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
+    double forces = 0, accelerations = 0;
+    for (std::size_t i = 0; i < n; ++i) accelerations += std::abs(x[i]);
     for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
     if (!std::isfinite(forces) || !std::isfinite(accelerations)) return false;
+    accelerations = std::max(by_forces, largest_of(x.data()));
     StateView solved = now;
     solved.lambda = x.data() + n;
     for (std::size_t c = 0; c < closed.size(); ++c) {
@@ -355,7 +354,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
     };
     if (chosen.empty()) return choose();
-    if (are_one_motion(found, x.data(), kSameMotion * by_forces)) return;
+    if (are_one_motion(found, x.data(), levers_, kSameMotion * by_forces)) return;
     // Between the limits of sticking and of sliding both are motions: what rests goes on to rest.
     if (rests_more(closed, chosen, ways, falls)) return;
     if (rests_more(closed, ways, chosen, falls)) return choose();

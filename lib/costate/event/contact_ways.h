@@ -30,11 +30,12 @@ inline int slides(int way) {
 
 /// Whether two solutions are one: velocities or accelerations, those of `a` first in `b`; what differs by `rounding`
 /// does not differ.
-inline bool are_one_motion(const std::vector<double>& a, const double* b, double rounding = 0) {
+inline bool are_one_motion(const std::vector<double>& a, const double* b, const std::vector<double>& levers,
+                           double rounding) {
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    size = std::max({size, std::abs(a[i]), std::abs(b[i])});
-    apart = std::max(apart, std::abs(a[i] - b[i]));
+    size = std::max({size, levers[i] * std::abs(a[i]), levers[i] * std::abs(b[i])});
+    apart = std::max(apart, levers[i] * std::abs(a[i] - b[i]));
   }
   return apart <= std::max(kSameMotion * size, rounding);
 }

@@ -28,8 +28,8 @@ void MotionEvents::require_falling(int event, const StateView& before, const Sta
   if (!friction_falls(of(event)) || behind.z[own.closed_state] < 0.5 || behind.z[own.sliding_state] == 0) return;
   std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
   solve_motion(behind, x.data());
-  double largest = acceleration_by_forces(behind);  // of what is held all accelerations are rounding
-  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
+  // Of what is held all accelerations are rounding.
+  const double largest = std::max(acceleration_by_forces(behind), largest_of(x.data()));
   if (std::abs(row_of(*own.force, *own.contact, 1, behind, assembly_, x.data()).c2) > kHeld * largest) return;
   throw CapabilityError(fmt::format(
       "At t = {:.9g} s the friction of {} reaches its limit while other contacts hold its body: who bears how much is "

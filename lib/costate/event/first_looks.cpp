@@ -79,8 +79,9 @@ void MotionEvents::begin(const StateView& at) {
     load(g, s);
     double size = length_, speed = 0;
     for (std::size_t c = 0; c < q_.size(); ++c) {
-      size = std::max(size, std::abs(q_[c].v.c0));
-      speed = std::max(speed, std::abs(v_[c].v.c0));
+      const double lever = g.gap ? levers_[static_cast<std::size_t>(g.force->coordinates()[c])] : 1;
+      size = std::max(size, lever * std::abs(q_[c].v.c0));
+      speed = std::max(speed, lever * std::abs(v_[c].v.c0));
       q_[c].v.c1 = v_[c].v.c0;
     }
     if (g.ready && std::abs(before_[i]) > kGapRounding * size) continue;

@@ -119,13 +119,23 @@ const std::vector<std::pair<int, double>>& Impact::friction_columns(const Row& r
   return assembly_.number_columns()[static_cast<std::size_t>(number)];
 }
 
+Eigen::VectorXd Impact::row_scales() const {
+  const double speeds_per_impulse = W_.size() > 0 ? W_.cwiseAbs().maxCoeff() : 0;
+  Eigen::VectorXd scales = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(active_.size()));
+  for (std::size_t i = 0; i < active_.size(); ++i)
+    if (active_[i].law != ActiveRow::Law::held && speeds_per_impulse > 0)
+      scales[static_cast<Eigen::Index>(i)] = speeds_per_impulse;
+  return scales;
+}
+
 void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
   balance_.solve(b.data());
   const auto k = static_cast<Eigen::Index>(active_.size());
   if (k == 0) return;
   Eigen::VectorXd rates(k);
   for (Eigen::Index i = 0; i < k; ++i) rates[i] = along(row_of(active_[static_cast<std::size_t>(i)]), b.data());
-  c = shortest_solution(active_W_, c - speeds_ * rates);
+  const Eigen::VectorXd scales = row_scales();
+  c = shortest_solution(scales.asDiagonal() * active_W_, scales.cwiseProduct(c - speeds_ * rates));
   for (Eigen::Index i = 0; i < k; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
     for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
@@ -300,7 +310,8 @@ void Impact::solve_bordered_transposed(std::vector<double>& s, Eigen::VectorXd& 
   balance_.solve(s.data());
   const auto size = static_cast<Eigen::Index>(active_.size());
   for (Eigen::Index i = 0; i < size; ++i) y[i] += along(row_of(active_[static_cast<std::size_t>(i)]), s.data());
-  if (size > 0) y = shortest_solution(active_W_.transpose(), y);
+  const Eigen::VectorXd scales = row_scales();
+  if (size > 0) y = scales.cwiseProduct(shortest_solution(active_W_.transpose() * scales.asDiagonal(), y));
   const Eigen::VectorXd of_rates = speeds_.transpose() * y;
   for (Eigen::Index i = 0; i < size; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];

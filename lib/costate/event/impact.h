@@ -108,6 +108,9 @@ class Impact {
   const std::vector<std::pair<int, double>>& friction_columns(const Row& row) const;
   /// What the direction of a slip in space adds to active_W_ and speeds_, at what solve() found.
   void turn_slips();
+  /// Of the active rows, that laws of impulses stand beside those of speeds in their unit, whatever the masses: else
+  /// one of them would be rounding.
+  Eigen::VectorXd row_scales() const;
   /// [u; P; p] of a right-hand side (n + m; active rows), in place.
   void solve_bordered(std::vector<double>& b, Eigen::VectorXd& c);
   /// The same with the transposed equations: the multipliers of the balance and of the laws of the rows.

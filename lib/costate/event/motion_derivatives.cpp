@@ -55,7 +55,8 @@ double MotionEvents::acceleration_by_forces(const StateView& s) {
       double mass = inertia(j);
       for (const int k : body->coordinates())
         if (unit(k) == unit(j)) mass = std::max(mass, inertia(k));
-      if (mass > 0) largest = std::max(largest, amounts_[static_cast<std::size_t>(j)] / mass);
+      const auto at = static_cast<std::size_t>(j);
+      if (mass > 0) largest = std::max(largest, levers_[at] * amounts_[at] / mass);
     }
   return largest;
 }
@@ -96,8 +97,7 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
   const ContactOf* own = contact_of(event);
   if (!own || contact_guard(event) == Guard::touch) return false;
   if (contact_guard(event) == Guard::stop) {
-    double acceleration = 0;
-    for (const double a : minus.a) acceleration = std::max(acceleration, std::abs(a));
+    const double acceleration = largest_of(minus.a.data());
     const std::vector<char> together = stopping(event, before);
     for (const ContactOf& c : contacts_)
       if (!together[static_cast<std::size_t>(&c - contacts_.data())] && c.part == own->part && c.sliding_state >= 0 &&
@@ -113,8 +113,8 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
   // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < minus.a.size(); ++i) {
-    size = std::max({size, std::abs(minus.a[i]), std::abs(plus.a[i])});
-    apart = std::max(apart, std::abs(minus.a[i] - plus.a[i]));
+    size = std::max({size, levers_[i] * std::abs(minus.a[i]), levers_[i] * std::abs(plus.a[i])});
+    apart = std::max(apart, levers_[i] * std::abs(minus.a[i] - plus.a[i]));
   }
   // At rest all accelerations are rounding, of what forces by themselves would make.
   if (apart > kSameForces * size && apart > kSameForces * acceleration_by_forces(before))

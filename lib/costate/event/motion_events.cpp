@@ -70,10 +70,21 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
   shared_.resize(guards_.size());
   shares_.emplace(assembly, contacts_);
   if (!guards_.empty()) length_ = length_size(mech);
+  for (const auto& q : mech.coordinates()) levers_.push_back(q.unit == "m" ? 1 : length_);
 }
 
 double MotionEvents::size_of(const Force& force, const StateView& s) const {
-  return std::max(largest_coordinate(force, s), length_);
+  double largest = length_;
+  const bool of_gaps = dynamic_cast<const GapElement*>(&force);  // others may be guarded in angles
+  for (const int c : force.coordinates())
+    largest = std::max(largest, (of_gaps ? levers_[static_cast<std::size_t>(c)] : 1) * std::abs(s.q[c]));
+  return largest;
+}
+
+double MotionEvents::largest_of(const double* x) const {
+  double largest = 0;
+  for (std::size_t i = 0; i < levers_.size(); ++i) largest = std::max(largest, levers_[i] * std::abs(x[i]));
+  return largest;
 }
 
 void MotionEvents::load(const GuardOf& g, const StateView& s) {
@@ -143,7 +154,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
   const States solved = [&](double t) { return kept(t, states); }, placed = [&](double t) { return kept(t, places); };
   if (needs_multipliers_) {
     const StateView last = states(to);  // not kept: the look at it is the last one, and a level goes on from there
-    for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
+    fastest_ = std::max(fastest_, largest_of(last.v));
     if (impact_) shares_->require_determined(last, impact_->balance(), velocity_error());
   }
   const bool anew = !(from == looked_until_);

@@ -301,7 +301,9 @@ class MotionEvents {
   void find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play, double speed);
   /// Accelerations and multipliers (n, m) at the rows that z has.
   void solve_motion(const StateView& s, double* x);
-  /// What positions of the force are rounded by: the largest one, or the mechanism's length, if they are all small.
+  /// The largest of rates or accelerations of the coordinates, those of angles at the mechanism's length.
+  double largest_of(const double* x) const;
+  /// What positions of the force are rounded by: likewise, or the mechanism's length, if they are all small.
   double size_of(const Force& force, const StateView& s) const;
   // In event/motion_derivatives.cpp.
   /// The largest sum of |Q_j|/M_jj by elements: what forces alone make, of which nothing is left where they balance.
@@ -356,9 +358,8 @@ class MotionEvents {
   std::vector<GuardOf> guards_;
   std::vector<double> before_, after_;
   GatheredState gathered_;
-  // Local arguments on duals.
-  PathDual t_;
-  std::vector<PathDual> q_, v_, z_, p_, out_;
+  PathDual t_;  // local arguments on duals
+  std::vector<PathDual> q_, v_, z_, p_, out_, lambda_;
   // Of the last linearization: rows over (q, v, z), columns of rho.
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
@@ -379,12 +380,12 @@ class MotionEvents {
     double relative = 0, absolute = 0;
   } slip_error_;
   std::string last_mode_;
-  std::vector<double> open_z_;  // states with all contacts open
-  std::vector<PathDual> lambda_;
+  std::vector<double> open_z_;         // states with all contacts open
   std::unique_ptr<Impact> expansion_;  // of Poisson's law what the compression, impact_, gives back
   bool expands_ = false;
   std::vector<double> amounts_;            // of forces, by coordinates
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
+  std::vector<double> levers_;             // of angles the mechanism's length, of lengths 1
   double fastest_ = 0;                     // largest speed of any coordinate so far
   double reach_ = 0;                       // largest position of what has gaps so far
   double length_ = 0;                      // of the mechanism

@@ -32,6 +32,14 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
   solver_ = std::make_unique<KluSolver>(jacobian_.pattern());
 }
 
+// What a running cost says of accelerations and reactions is a constraint of the adjoint, which jumps where they do: no
+// step of a run back leads across.
+void Index2Dae::set_parameters(const double* rho) {
+  DaeSystem::set_parameters(rho);
+  if (m_ > 0 && objective_.running_needs_accelerations())
+    add_kinks(jump_times(assembly_.mechanism(), objective_, assembly_.numbers()));
+}
+
 void Index2Dae::place_jacobian() {
   const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_, g = l + m_;
   const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_);

@@ -19,6 +19,7 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
  public:
   Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
+  void set_parameters(const double* rho) override;
   void forget_history() override {
     level_.forget_history();
     solver_->forget_pivots();

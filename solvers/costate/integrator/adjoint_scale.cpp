@@ -108,13 +108,28 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
   return largest;
 }
 
-double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::vector<double>& mu,
-                              const AdjointSize& expected, double rtol, double unweighted, double* atol) {
+namespace {
+/// What an angle's adjoint is per that of a length of the same effect on psi; 1 where there are no lengths.
+std::vector<double> levers_of(const System& system) {
+  const auto& unknowns = system.unknowns();
+  const auto in_metres = [](const Unknown& u) { return u.unit == "m"; };
+  const bool any = std::any_of(unknowns.begin(), unknowns.end(), in_metres);
+  const double length = any ? length_size(system.assembly().mechanism()) : 1;
+  std::vector<double> levers;
+  for (const Unknown& u : unknowns) levers.push_back(u.unit.starts_with("rad") || u.unit.starts_with("1") ? length : 1);
+  return levers;
+}
+}  // namespace
+
+double set_adjoint_tolerances(const System& system, const std::vector<double>& mu, const AdjointSize& expected,
+                              double rtol, double unweighted, double* atol) {
+  const auto& unknowns = system.unknowns();
+  const std::vector<double> levers = levers_of(system);
   double others = expected.all, velocities = expected.all * expected.velocity_factor;
   for (std::size_t i = 0; i < mu.size(); ++i) {
     if (!unknowns[i].differential) continue;
     double& size = unknowns[i].role == Unknown::Role::velocity ? velocities : others;
-    size = std::max(size, std::abs(mu[i]));
+    size = std::max(size, std::abs(mu[i]) / levers[i]);
   }
   // An adjoint that is zero by its equations, a cost whose gradient is normal to the constraints for one, is what
   // rounding leaves: it is noise, and no step would be short enough to follow it.
@@ -125,8 +140,9 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
   velocities = std::max(velocities, others * factor);
   if (!(others > 0)) others = velocities = 1;
   for (std::size_t i = 0; i < mu.size(); ++i)
-    atol[i] =
-        !unknowns[i].in_norm ? unweighted : rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
+    atol[i] = !unknowns[i].in_norm
+                  ? unweighted
+                  : levers[i] * rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
   return std::max(others, velocities);
 }
 
@@ -134,12 +150,14 @@ void set_gradient_tolerances(const System& system, const double* y, double adjoi
                              double* atol) {
   double size = 0;  // of the positions
   bool any = false;
+  const std::vector<double> levers = levers_of(system);
+  const double least = kLeastPosition * length_size(system.assembly().mechanism());
   for (int i = 0; i < system.size(); ++i)
     if (system.unknowns()[i].role == Unknown::Role::position) {
-      size = std::max(size, std::abs(y[i]));
+      size = std::max(size, levers[static_cast<std::size_t>(i)] * std::abs(y[i]));
       any = true;
     }
-  const double of_psi = !any && cost > 0 ? cost : adjoint_size * std::max(size, kLeastPosition);
+  const double of_psi = !any && cost > 0 ? cost : adjoint_size * std::max(size, least);
   for (int j = 0; j < system.parameter_count(); ++j) atol[j] = rtol * of_psi / system.parameters().parameters[j].scale;
 }
 

@@ -59,9 +59,10 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
                                  const std::function<void(const double* y, double* g_y)>& gradient);
 
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the
-/// largest size of a component.
-double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::vector<double>& mu,
-                              const AdjointSize& expected, double rtol, double unweighted, double* atol);
+/// largest size of a component. Beside lengths those of angles count per the mechanism's length: that of a small one
+/// would be below the tolerance of its lengths' adjoint.
+double set_adjoint_tolerances(const System& system, const std::vector<double>& mu, const AdjointSize& expected,
+                              double rtol, double unweighted, double* atol);
 
 /// Absolute tolerances for the gradient's integral, an entry a parameter: an adjoint of the size that
 /// set_adjoint_tolerances() returns acts on positions of the size in y, per the parameter's scale; where there are none

@@ -119,7 +119,7 @@ void SundialsSession<Api>::begin_again_back(const AdjointState& mu, const Adjoin
 template <class Api>
 void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y) {
   Backward& b = *back_;
-  const double scale = set_adjoint_tolerances(system_.unknowns(), mu.mu, expected, options_.rtol,
+  const double scale = set_adjoint_tolerances(system_, mu.mu, expected, options_.rtol,
                                               Api::implicit ? kUnweighted : options_.rtol, b.atol.data());
   set_gradient_tolerances(system_, y, scale, expected.cost, options_.rtol, b.atol_q.data());
 }

@@ -1,8 +1,12 @@
 #include "costate/optimize/design.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
+
+#include "costate/base/error.h"
 
 namespace costate {
 
@@ -93,6 +97,19 @@ Design single_design(const Problem& problem, const std::string& method,
   d.cases.push_back(std::move(c));
   d.targets.push_back({"psi", {0}});
   return d;
+}
+
+void scaled_start(const ParameterSelection& parameters, std::vector<double>& x, std::vector<double>& lower,
+                  std::vector<double>& upper) {
+  for (const Parameter& p : parameters.parameters) {
+    if (!(p.value >= p.lower && p.value <= p.upper))
+      throw ModelError(
+          "parameter." + p.name,
+          fmt::format("The optimization would start at {}, outside the bounds {} .. {}.", p.value, p.lower, p.upper));
+    x.push_back(p.value / p.scale);
+    lower.push_back(p.lower / p.scale);
+    upper.push_back(p.upper / p.scale);
+  }
 }
 
 }  // namespace costate

@@ -88,4 +88,8 @@ struct Design {
 Design single_design(const Problem& problem, const std::string& method,
                      const std::vector<OptimizerConstraint>& constraints);
 
+/// Where an optimizer starts and its bounds, in the parameters' scales. Throws ModelError where it would start outside.
+void scaled_start(const ParameterSelection& parameters, std::vector<double>& x, std::vector<double>& lower,
+                  std::vector<double>& upper);
+
 }  // namespace costate

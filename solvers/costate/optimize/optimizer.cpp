@@ -14,6 +14,7 @@
 #include "costate/optimize/bound_size.h"
 #include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
+#include "costate/optimize/kept_point.h"
 #include "costate/optimize/optimizer_run.h"
 #include "costate/optimize/optimizer_unit.h"
 #include "costate/optimize/stop_reason.h"
@@ -49,7 +50,13 @@ class Run {
 
   OptimizerResult solve() {
     search();
-    end_at_own_tolerance();
+    conclude([&](std::size_t best) {
+      if (const auto rho = nearest_kept_point(result_.evaluations, best, design_); rho && !stop_) evaluate_new(*rho);
+    });
+    // The result is of the problem's tolerance, wherever it ended.
+    conclude([&](std::size_t best) {
+      if (result_.evaluations[best].rtol > design_.rtol()) tighten(best, design_.rtol());
+    });
     const std::optional<std::size_t> best = best_before(result_.evaluations.size());
     if (error_ && !best) std::rethrow_exception(error_);
     result_.best = *best;
@@ -76,15 +83,7 @@ class Run {
     if (n == 0) throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
     const nlopt::algorithm algorithm = algorithm_of(options_.algorithm, !bounds_.empty() || design_.minimax());
     std::vector<double> x, lower, upper;
-    for (const Parameter& p : parameters_) {
-      if (!(p.value >= p.lower && p.value <= p.upper))
-        throw ModelError(
-            "parameter." + p.name,
-            fmt::format("The optimization would start at {}, outside the bounds {} .. {}.", p.value, p.lower, p.upper));
-      x.push_back(p.value / p.scale);
-      lower.push_back(p.lower / p.scale);
-      upper.push_back(p.upper / p.scale);
-    }
+    scaled_start(design_.parameters, x, lower, upper);
     if (!begin(x)) return;
     if (design_.minimax()) begin_epigraph(x, lower, upper);
     nlopt::opt opt(algorithm, static_cast<unsigned>(x.size()));
@@ -134,13 +133,14 @@ class Run {
     }
   }
 
-  /// The result is of the problem's tolerance, wherever it ended; one evaluation more than the limit, if need be.
-  void end_at_own_tolerance() {
+  /// What follows the search, step(best); one evaluation more than the limit, if need be.
+  template <class Step>
+  void conclude(const Step& step) {
     const std::optional<std::size_t> best = best_before(result_.evaluations.size());
-    if (error_ || !best || result_.evaluations[*best].rtol <= design_.rtol()) return;
+    if (error_ || !best) return;
     try {
       ending_ = true;
-      tighten(*best, design_.rtol());
+      step(*best);
     } catch (const Stop& stop) {
       stop_ = stop;
     } catch (...) {

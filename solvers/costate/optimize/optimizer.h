@@ -51,7 +51,8 @@ struct OptimizerEvaluation {
   std::vector<AbsoluteTolerances> tolerances;
   std::vector<std::string> warnings;  // that were given as it was made
   bool replayed = false;
-  /// Made where the run ended, of its best point at the last tolerance: a run that goes on does not ask for it.
+  /// Made where the run ended, of its best point at the last tolerance or of the one beside it that keeps the
+  /// constraints: a run that goes on does not ask for it.
   bool ending = false;
   /// Why there is no psi here (the step was rejected), or empty. psi is nan then and the lists are empty.
   std::string failure;

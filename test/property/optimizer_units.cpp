@@ -7,6 +7,7 @@
 
 #include "costate/base/notice.h"
 #include "costate/optimize/certificate.h"
+#include "costate/optimize/kept_point.h"
 #include "costate/optimize/optimizer.h"
 #include "costate/problem/scene_problem.h"
 #include "support/paths.h"
@@ -82,6 +83,32 @@ TEST_CASE("optimizer: a constraint is kept in parts of its bound") {
       CHECK(f.best.constraints[0] <= 1e-6 * s);
       CHECK(f.certificate.kind == Kind::strict_minimum);
     }
+}
+
+// Errors of runs may hold a search outside of a constraint by a little; what it kept before is far above.
+TEST_CASE("optimizer: the nearest point that keeps a constraint") {
+  const Problem p = make_problem(Scene::load(std::string(COSTATE_SOURCE_DIR) + "/test/cases/small_bound.toml"));
+  const Design design = single_design(p, "idas-adjoint", {{"k0", p.objective, 1.0}});
+  OptimizerEvaluation kept, near;
+  kept.rho = near.rho = p.parameters.values();
+  kept.psi = 3;
+  kept.constraints = {-0.1};
+  near.psi = 2;
+  near.constraints = {1e-6};
+  const double along = 2, across = -1;
+  kept.constraint_gradients = near.constraint_gradients = {{along, across}};
+  const auto rho = nearest_kept_point({kept, near}, 0, design);
+  REQUIRE(rho);
+  const double a = (*rho)[0] - near.rho[0], b = (*rho)[1] - near.rho[1];
+  const auto& of = p.parameters.parameters;
+  // To half of the 1e-8 that keep it, and in scaled parameters along the gradient.
+  CHECK(std::abs(1e-6 + along * a + across * b - 0.5e-8) < 1e-13);
+  CHECK(std::abs(a / (of[0].scale * of[0].scale * along) - b / (of[1].scale * of[1].scale * across)) < 1e-13);
+  near.constraints = {1e-2};  // that is no error of a run
+  CHECK_FALSE(nearest_kept_point({kept, near}, 0, design));
+  near.constraints = {1e-6};
+  near.psi = 2.9999;  // nor is little gained
+  CHECK_FALSE(nearest_kept_point({kept, near}, 0, design));
 }
 
 TEST_CASE("certificate: a slope along which psi hardly curves is one") {

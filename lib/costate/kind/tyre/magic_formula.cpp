@@ -192,6 +192,14 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
                                          NumberRule::positive));
     numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
   }
+  if (o.free_rolling && !o.tir_file.empty()) {
+    constexpr const char* resistance[] = {"QSY1", "QSY2", "QSY3", "QSY4", "QSY5", "QSY6"};
+    if (std::any_of(std::begin(resistance), std::end(resistance), has))
+      notice(
+          fmt::format("{}free_rolling: the wheel has no longitudinal force, and no rolling resistance either: QSY1 "
+                      "to QSY8 of {} are left out.",
+                      path, o.tir_file));
+  }
   model.free_rolling = o.free_rolling;
   model.mirrored = o.mirrored;
   model.camber_as_angle = o.camber_as_angle;

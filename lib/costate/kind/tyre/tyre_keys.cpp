@@ -28,7 +28,7 @@ const KindKeys tyre_keys(
              {"magic_formula", "a table of coefficients by their names in tyre files; it stands over the file"},
              {"tir_file", "path of a tyre file, from the scene"},
              {"generation", "of the formulas, where there is no file"},
-             {"free_rolling", "no longitudinal slip"},
+             {"free_rolling", "no longitudinal slip, hence neither a longitudinal force nor rolling resistance"},
              {"mirror", "left and right exchanged"},
              {"relaxation", "coefficients: relaxation lengths from the formulas"},
              {"initial_longitudinal_slip", "longitudinal slip at the start"},

@@ -129,6 +129,48 @@ output = "B.x"
                      -0.45 * u.length, 0.05 * u.length / u.time, 1.2 * u.time);
 }
 
+/// A ball in space that turns about two axes, bounces, slides and rolls.
+std::string spinning_ball(const Units& u) {
+  const double speed = u.length / u.time, inertia = 4e-3 * u.mass * u.length * u.length;
+  return fmt::format(R"toml([gravity]
+z_m_per_s2 = {}
+[rigid_body.b]
+x_m = 0
+y_m = 0
+z_m = {}
+vx_m_per_s = {}
+vy_m_per_s = {}
+omega_z_rad_per_s = {}
+omega_x_rad_per_s = {}
+mass_kg = {}
+inertia_xx_kg_m2 = {}
+inertia_yy_kg_m2 = {}
+inertia_zz_kg_m2 = {}
+[point.p]
+on = "b"
+x_m = 0
+y_m = 0
+z_m = 0
+[contact.C]
+point = "p"
+radius_m = {}
+kind = "rigid"
+restitution = 0.3
+closing_speed_m_per_s = {}
+friction = "coulomb"
+friction_coefficient = 0.15
+[start]
+given = ["b"]
+[run]
+t_end_s = {}
+[[cost.terminal]]
+kind = "value"
+output = "b.x"
+)toml",
+                     -kGravity * u.length / (u.time * u.time), 0.2 * u.length, 1.5 * speed, 0.7 * speed, 3 / u.time,
+                     2 / u.time, u.mass, inertia, inertia, inertia, 0.1 * u.length, 0.05 * speed, 0.9 * u.time);
+}
+
 }  // namespace
 
 TEST_CASE("small contacts: a ball lands, slides and rolls in units of its own, against its closed form") {
@@ -145,6 +187,19 @@ TEST_CASE("small contacts: a ball lands, slides and rolls in units of its own, a
       CHECK(std::abs(r.psi / u.length - psi) <= kOfPsi * psi);
       CHECK(std::abs(r.gradient[0] / u.length - slope) <= kOfGradient * std::abs(slope));
     }
+}
+
+TEST_CASE("small contacts: a ball in space bounces, slides and rolls the same in all units") {
+  const auto of = [](const Units& u) {
+    return run(spinning_ball(u), {"contact.C.friction_coefficient"}, "baumgarte", "idas-adjoint");
+  };
+  const GradientResult own = of(kUnits[0]);
+  for (const Units& u : kUnits) {
+    INFO(u.length << " m, " << u.time << " s, " << u.mass << " kg");
+    const GradientResult r = of(u);
+    CHECK(std::abs(r.psi / u.length - own.psi) <= 1e-6 * own.psi);
+    CHECK(std::abs(r.gradient[0] / u.length - own.gradient[0]) <= 1e-5 * std::abs(own.gradient[0]));
+  }
 }
 
 TEST_CASE("small contacts: a pendulum whose tip bounces and slides is the same in all units") {

@@ -30,6 +30,21 @@ GradientResult run(const std::string& text, const std::vector<std::string>& para
   return gradient(p, method, p.parameters.values());
 }
 
+/// On the plane, that a length of the contact in units has as well.
+std::string contact(const Units& u, const char* point, const char* key, double length, double restitution,
+                    double friction) {
+  return fmt::format(R"toml([contact.C]
+point = "{}"
+{} = {}
+kind = "rigid"
+restitution = {}
+closing_speed_m_per_s = {}
+friction = "coulomb"
+friction_coefficient = {}
+)toml",
+                     point, key, length * u.length, restitution, 0.05 * u.length / u.time, friction);
+}
+
 /// Radius 0.1, inertia 4e-3, height 0.2 and speed 1.5 in units.
 std::string ball(const Units& u) {
   return fmt::format(R"toml([gravity]
@@ -44,15 +59,7 @@ inertia_kg_m2 = {}
 on = "b"
 x_m = 0
 y_m = 0
-[contact.C]
-point = "p"
-radius_m = {}
-kind = "rigid"
-restitution = 0
-closing_speed_m_per_s = {}
-friction = "coulomb"
-friction_coefficient = 0.15
-[start]
+{}[start]
 given = ["b.x", "b.y", "b.angle"]
 [run]
 t_end_s = {}
@@ -61,7 +68,7 @@ kind = "value"
 output = "b.x"
 )toml",
                      -kGravity * u.length / (u.time * u.time), 0.2 * u.length, 1.5 * u.length / u.time, u.mass,
-                     4e-3 * u.mass * u.length * u.length, 0.1 * u.length, 0.05 * u.length / u.time, 0.9 * u.time);
+                     4e-3 * u.mass * u.length * u.length, contact(u, "p", "radius_m", 0.1, 0, 0.15), 0.9 * u.time);
 }
 
 /// It lands at t with v_y = g t, and slides from v - mu v_y, until its speed is that of rolling, v/(1 + m R^2/I) k with
@@ -110,15 +117,7 @@ point = "B"
 x_N = {}
 [start]
 given = ["A.x", "B.x"]
-[contact.C]
-point = "B"
-kind = "rigid"
-ground_height_m = {}
-restitution = 0.5
-closing_speed_m_per_s = {}
-friction = "coulomb"
-friction_coefficient = 0.3
-[run]
+{}[run]
 t_end_s = {}
 [[cost.terminal]]
 kind = "value"
@@ -126,7 +125,7 @@ output = "B.x"
 )toml",
                      -kGravity * u.length / (u.time * u.time), 0.4 * u.length, 0.1 * u.length, 0.9 * u.length,
                      0.2 * u.length, 1.1 * u.mass, 0.8 * u.mass, 9 * torque, 0.2 * torque * u.time, 2 * force,
-                     -0.45 * u.length, 0.05 * u.length / u.time, 1.2 * u.time);
+                     contact(u, "B", "ground_height_m", -0.45, 0.5, 0.3), 1.2 * u.time);
 }
 
 /// A ball in space that turns about two axes, bounces, slides and rolls.
@@ -151,15 +150,7 @@ on = "b"
 x_m = 0
 y_m = 0
 z_m = 0
-[contact.C]
-point = "p"
-radius_m = {}
-kind = "rigid"
-restitution = 0.3
-closing_speed_m_per_s = {}
-friction = "coulomb"
-friction_coefficient = 0.15
-[start]
+{}[start]
 given = ["b"]
 [run]
 t_end_s = {}
@@ -168,7 +159,33 @@ kind = "value"
 output = "b.x"
 )toml",
                      -kGravity * u.length / (u.time * u.time), 0.2 * u.length, 1.5 * speed, 0.7 * speed, 3 / u.time,
-                     2 / u.time, u.mass, inertia, inertia, inertia, 0.1 * u.length, 0.05 * speed, 0.9 * u.time);
+                     2 / u.time, u.mass, inertia, inertia, inertia, contact(u, "p", "radius_m", 0.1, 0.3, 0.15),
+                     0.9 * u.time);
+}
+
+/// A parameter, its value in units and its unit.
+struct InUnits {
+  const char* name;
+  double value;
+  double (*unit)(const Units& u);
+};
+
+/// By the default method, psi being a length.
+void check_in_all_units(std::string (*scene)(const Units& u), const std::vector<InUnits>& parameters) {
+  std::vector<std::string> names;
+  for (const InUnits& p : parameters) names.emplace_back(p.name);
+  const GradientResult own = run(scene(kUnits[0]), names, "baumgarte", "idas-adjoint");
+  double size = 0;
+  for (std::size_t j = 0; j < names.size(); ++j) size = std::max(size, std::abs(own.gradient[j] * parameters[j].value));
+  for (const Units& u : kUnits) {
+    INFO(u.length << " m, " << u.time << " s, " << u.mass << " kg");
+    const GradientResult r = run(scene(u), names, "baumgarte", "idas-adjoint");
+    CHECK(std::abs(r.psi / u.length - own.psi) <= 1e-6 * std::abs(own.psi));
+    for (std::size_t j = 0; j < names.size(); ++j)
+      CHECK(std::abs(r.gradient[j] * parameters[j].unit(u) / u.length - own.gradient[j]) *
+                std::abs(parameters[j].value) <=
+            1e-5 * size);
+  }
 }
 
 }  // namespace
@@ -190,31 +207,12 @@ TEST_CASE("small contacts: a ball lands, slides and rolls in units of its own, a
 }
 
 TEST_CASE("small contacts: a ball in space bounces, slides and rolls the same in all units") {
-  const auto of = [](const Units& u) {
-    return run(spinning_ball(u), {"contact.C.friction_coefficient"}, "baumgarte", "idas-adjoint");
-  };
-  const GradientResult own = of(kUnits[0]);
-  for (const Units& u : kUnits) {
-    INFO(u.length << " m, " << u.time << " s, " << u.mass << " kg");
-    const GradientResult r = of(u);
-    CHECK(std::abs(r.psi / u.length - own.psi) <= 1e-6 * own.psi);
-    CHECK(std::abs(r.gradient[0] / u.length - own.gradient[0]) <= 1e-5 * std::abs(own.gradient[0]));
-  }
+  check_in_all_units(spinning_ball, {{"contact.C.friction_coefficient", 0.15, [](const Units&) { return 1.0; }}});
 }
 
 TEST_CASE("small contacts: a pendulum whose tip bounces and slides is the same in all units") {
-  const std::vector<std::string> parameters = {"bar.a.mass_kg", "couple.c.k", "couple.c.c"};
-  const GradientResult own = run(pendulum(kUnits[0]), parameters, "baumgarte", "idas-adjoint");
-  double size = 0;
-  const double values[] = {1.1, 9, -0.5};
-  for (std::size_t j = 0; j < 3; ++j) size = std::max(size, std::abs(own.gradient[j] * values[j]));
-  for (const Units& u : kUnits) {
-    INFO(u.length << " m, " << u.time << " s, " << u.mass << " kg");
-    // Between gravity and microseconds lies what closes: all in proportion.
-    const GradientResult r = run(pendulum(u), parameters, "baumgarte", "idas-adjoint");
-    const double per[] = {u.mass, u.mass * u.length * u.length / (u.time * u.time), 1};
-    CHECK(std::abs(r.psi / u.length - own.psi) <= 1e-6 * std::abs(own.psi));
-    for (std::size_t j = 0; j < 3; ++j)
-      CHECK(std::abs(r.gradient[j] * per[j] / u.length - own.gradient[j]) * std::abs(values[j]) <= 1e-5 * size);
-  }
+  check_in_all_units(
+      pendulum, {{"bar.a.mass_kg", 1.1, [](const Units& u) { return u.mass; }},
+                 {"couple.c.k", 9, [](const Units& u) { return u.mass * u.length * u.length / (u.time * u.time); }},
+                 {"couple.c.c", -0.5, [](const Units&) { return 1.0; }}});
 }

@@ -286,11 +286,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   // Where friction reaches a limit it is known as well as the instant: one that sticks on may be as far beyond its own.
   const double beyond = !begin.empty() || !stops.empty() ? kSameMotion : kContactRounding;
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
-    double forces = 0, accelerations = 0;
-    for (std::size_t i = 0; i < n; ++i) accelerations += std::abs(x[i]);
+    if (std::any_of(x.begin(), x.end(), [](double value) { return !std::isfinite(value); })) return false;
+    const double accelerations = std::max(by_forces, largest_of(x.data()));
+    double forces = 0;
     for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
-    if (!std::isfinite(forces) || !std::isfinite(accelerations)) return false;
-    accelerations = std::max(by_forces, largest_of(x.data()));
     StateView solved = now;
     solved.lambda = x.data() + n;
     for (std::size_t c = 0; c < closed.size(); ++c) {

@@ -28,15 +28,23 @@ inline int slides(int way) {
   return w == kForward ? 1 : w == kBackward ? -1 : 0;
 }
 
-/// Whether two solutions are one: velocities or accelerations, those of `a` first in `b`; what differs by `rounding`
-/// does not differ.
+/// The largest of two motions, and of what they are apart by: velocities or accelerations, those of `a` first in `b`,
+/// of angles at their levers.
+struct MotionsApart {
+  double size = 0, apart = 0;
+};
+inline MotionsApart apart_of(const std::vector<double>& a, const double* b, const std::vector<double>& levers) {
+  MotionsApart r;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    r.size = std::max({r.size, levers[i] * std::abs(a[i]), levers[i] * std::abs(b[i])});
+    r.apart = std::max(r.apart, levers[i] * std::abs(a[i] - b[i]));
+  }
+  return r;
+}
+/// Whether two such solutions are one; what differs by `rounding` does not differ.
 inline bool are_one_motion(const std::vector<double>& a, const double* b, const std::vector<double>& levers,
                            double rounding) {
-  double size = 0, apart = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    size = std::max({size, levers[i] * std::abs(a[i]), levers[i] * std::abs(b[i])});
-    apart = std::max(apart, levers[i] * std::abs(a[i] - b[i]));
-  }
+  const auto [size, apart] = apart_of(a, b, levers);
   return apart <= std::max(kSameMotion * size, rounding);
 }
 

@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/event/contact_gap.h"
+#include "costate/event/contact_ways.h"
 #include "costate/event/crossing_rate.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
@@ -111,11 +112,7 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
   }
   if (friction_falls(of(event))) return false;
   // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
-  double size = 0, apart = 0;
-  for (std::size_t i = 0; i < minus.a.size(); ++i) {
-    size = std::max({size, levers_[i] * std::abs(minus.a[i]), levers_[i] * std::abs(plus.a[i])});
-    apart = std::max(apart, levers_[i] * std::abs(minus.a[i] - plus.a[i]));
-  }
+  const auto [size, apart] = apart_of(minus.a, plus.a.data(), levers_);
   // At rest all accelerations are rounding, of what forces by themselves would make.
   if (apart > kSameForces * size && apart > kSameForces * acceleration_by_forces(before))
     throw SolverError(

@@ -75,9 +75,8 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
 
 double MotionEvents::size_of(const Force& force, const StateView& s) const {
   double largest = length_;
-  const bool of_gaps = dynamic_cast<const GapElement*>(&force);  // others may be guarded in angles
   for (const int c : force.coordinates())
-    largest = std::max(largest, (of_gaps ? levers_[static_cast<std::size_t>(c)] : 1) * std::abs(s.q[c]));
+    largest = std::max(largest, levers_[static_cast<std::size_t>(c)] * std::abs(s.q[c]));
   return largest;
 }
 

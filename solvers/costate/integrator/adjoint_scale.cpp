@@ -108,23 +108,19 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
   return largest;
 }
 
-namespace {
-/// What an angle's adjoint is per that of a length of the same effect on psi; 1 where there are no lengths.
-std::vector<double> levers_of(const System& system) {
+AdjointUnits::AdjointUnits(const System& system) {
   const auto& unknowns = system.unknowns();
-  const auto in_metres = [](const Unknown& u) { return u.unit == "m"; };
-  const bool any = std::any_of(unknowns.begin(), unknowns.end(), in_metres);
-  const double length = any ? length_size(system.assembly().mechanism()) : 1;
-  std::vector<double> levers;
-  for (const Unknown& u : unknowns) levers.push_back(u.unit.starts_with("rad") || u.unit.starts_with("1") ? length : 1);
-  return levers;
+  const double length = length_size(system.assembly().mechanism());
+  least_position = kLeastPosition * length;
+  const bool lengths = std::any_of(unknowns.begin(), unknowns.end(), [](const Unknown& u) { return u.unit == "m"; });
+  for (const Unknown& u : unknowns)
+    levers.push_back(lengths && (u.unit.starts_with("rad") || u.unit.starts_with("1")) ? length : 1);
 }
-}  // namespace
 
-double set_adjoint_tolerances(const System& system, const std::vector<double>& mu, const AdjointSize& expected,
-                              double rtol, double unweighted, double* atol) {
-  const auto& unknowns = system.unknowns();
-  const std::vector<double> levers = levers_of(system);
+double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const AdjointUnits& units,
+                              const std::vector<double>& mu, const AdjointSize& expected, double rtol,
+                              double unweighted, double* atol) {
+  const std::vector<double>& levers = units.levers;
   double others = expected.all, velocities = expected.all * expected.velocity_factor;
   for (std::size_t i = 0; i < mu.size(); ++i) {
     if (!unknowns[i].differential) continue;
@@ -146,18 +142,16 @@ double set_adjoint_tolerances(const System& system, const std::vector<double>& m
   return std::max(others, velocities);
 }
 
-void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double cost, double rtol,
-                             double* atol) {
+void set_gradient_tolerances(const System& system, const AdjointUnits& units, const double* y, double adjoint_size,
+                             double cost, double rtol, double* atol) {
   double size = 0;  // of the positions
   bool any = false;
-  const std::vector<double> levers = levers_of(system);
-  const double least = kLeastPosition * length_size(system.assembly().mechanism());
   for (int i = 0; i < system.size(); ++i)
     if (system.unknowns()[i].role == Unknown::Role::position) {
-      size = std::max(size, levers[static_cast<std::size_t>(i)] * std::abs(y[i]));
+      size = std::max(size, units.levers[static_cast<std::size_t>(i)] * std::abs(y[i]));
       any = true;
     }
-  const double of_psi = !any && cost > 0 ? cost : adjoint_size * std::max(size, least);
+  const double of_psi = !any && cost > 0 ? cost : adjoint_size * std::max(size, units.least_position);
   for (int j = 0; j < system.parameter_count(); ++j) atol[j] = rtol * of_psi / system.parameters().parameters[j].scale;
 }
 

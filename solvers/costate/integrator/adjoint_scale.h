@@ -58,16 +58,25 @@ class AdjointScale {
 double rounding_of_cost_gradient(System& system, const double* y, double atol,
                                  const std::function<void(const double* y, double* g_y)>& gradient);
 
+/// What adjoints of unlike unknowns are compared in. Beside lengths those of angles count per the mechanism's length:
+/// an angle's adjoint in a small mechanism would be below the tolerance of its lengths' adjoints.
+struct AdjointUnits {
+  AdjointUnits() = default;
+  explicit AdjointUnits(const System& system);
+  std::vector<double> levers;  // of each unknown: what an adjoint is per that of a length of the same effect on psi
+  double least_position = 0;   // positions that are less are rounding
+};
+
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the
-/// largest size of a component. Beside lengths those of angles count per the mechanism's length: that of a small one
-/// would be below the tolerance of its lengths' adjoint.
-double set_adjoint_tolerances(const System& system, const std::vector<double>& mu, const AdjointSize& expected,
-                              double rtol, double unweighted, double* atol);
+/// largest size of a component, in these units.
+double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const AdjointUnits& units,
+                              const std::vector<double>& mu, const AdjointSize& expected, double rtol,
+                              double unweighted, double* atol);
 
 /// Absolute tolerances for the gradient's integral, an entry a parameter: an adjoint of the size that
 /// set_adjoint_tolerances() returns acts on positions of the size in y, per the parameter's scale; where there are none
 /// (a driver for each freedom) of psi's size.
-void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double cost, double rtol,
-                             double* atol);
+void set_gradient_tolerances(const System& system, const AdjointUnits& units, const double* y, double adjoint_size,
+                             double cost, double rtol, double* atol);
 
 }  // namespace costate

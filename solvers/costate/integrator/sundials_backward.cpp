@@ -29,6 +29,7 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
     const int np = system_.parameter_count(), size = static_cast<int>(names_back().size());
     back_ = std::make_unique<Backward>();
     Backward& b = *back_;
+    b.units = AdjointUnits(system_);
     for (Vector* v : {&b.y, &b.yp, &b.atol}) *v = Vector(size, context_);
     b.q = Vector(np, context_);
     b.atol_q = Vector(np, context_);
@@ -119,9 +120,9 @@ void SundialsSession<Api>::begin_again_back(const AdjointState& mu, const Adjoin
 template <class Api>
 void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y) {
   Backward& b = *back_;
-  const double scale = set_adjoint_tolerances(system_, mu.mu, expected, options_.rtol,
+  const double scale = set_adjoint_tolerances(system_.unknowns(), b.units, mu.mu, expected, options_.rtol,
                                               Api::implicit ? kUnweighted : options_.rtol, b.atol.data());
-  set_gradient_tolerances(system_, y, scale, expected.cost, options_.rtol, b.atol_q.data());
+  set_gradient_tolerances(system_, b.units, y, scale, expected.cost, options_.rtol, b.atol_q.data());
 }
 
 template <class Api>

@@ -98,6 +98,7 @@ class SundialsSession {
   struct Backward {
     int which = -1;
     Vector y, yp, q, atol, atol_q;  // yp of implicit systems only
+    AdjointUnits units;
     std::unique_ptr<NewtonOperator> newton;
     void* memory = nullptr;
   };

@@ -67,7 +67,7 @@ class Run {
     } else if (stop_) {
       result_.stop_reason = stop_->reason;
       result_.converged = stop_->converged;
-    } else if (result_.evaluations.back().failed()) {
+    } else if (result_.evaluations.back().failed() && !result_.evaluations.back().ending) {
       result_.converged = false;
       result_.stop_reason = no_step_evaluated(result_.evaluations.back());
     } else if (result_.stop_reason.empty()) {

@@ -104,6 +104,13 @@ TEST_CASE("optimizer: the nearest point that keeps a constraint") {
   // To half of the 1e-8 that keep it, and in scaled parameters along the gradient.
   CHECK(std::abs(1e-6 + along * a + across * b - 0.5e-8) < 1e-13);
   CHECK(std::abs(a / (of[0].scale * of[0].scale * along) - b / (of[1].scale * of[1].scale * across)) < 1e-13);
+  // At its bound a parameter stays, and the other one takes the whole way.
+  Design bounded = design;
+  bounded.parameters.parameters[0].lower = near.rho[0];
+  const auto beside = nearest_kept_point({kept, near}, 0, bounded);
+  REQUIRE(beside);
+  CHECK((*beside)[0] == near.rho[0]);
+  CHECK(std::abs(1e-6 + across * ((*beside)[1] - near.rho[1]) - 0.5e-8) < 1e-13);
   near.constraints = {1e-2};  // that is no error of a run
   CHECK_FALSE(nearest_kept_point({kept, near}, 0, design));
   near.constraints = {1e-6};

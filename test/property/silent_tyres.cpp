@@ -167,3 +167,19 @@ output = "{}"
   CHECK(std::abs(run(0, 0.5, 1e-3, "b.omega_z")) < 1e-4 * turned);
   take_notices();
 }
+
+// -71 N m of the file were left out without a word.
+TEST_CASE("silent tyres: free rolling says that it leaves out the file's rolling resistance") {
+  const auto told = [](const std::string& of_tyre) {
+    take_notices();
+    rolling(of_tyre, "baumgarte");
+    std::string all;
+    for (const std::string& text : take_notices()) all += text;
+    return all;
+  };
+  CHECK_THAT(told("free_rolling = true\n"), Contains("tyre.t.free_rolling") && Contains("no rolling resistance"));
+  const std::string none =
+      "magic_formula = { QSY1 = 0, QSY2 = 0, QSY3 = 0, QSY4 = 0, QSY5 = 0, QSY6 = 0, QSY7 = 0, QSY8 = 0 }\n";
+  CHECK_THAT(told("free_rolling = true\n" + none), !Contains("rolling resistance"));
+  CHECK_THAT(told(""), !Contains("rolling resistance"));
+}

@@ -23,6 +23,8 @@ constexpr int kBendHalvings = 60;
 constexpr double kApproach = 0.9;
 // Steps across a place, in the length of the steps around them; and, of the time, at least.
 constexpr double kAcross = 1e-6, kBendInstant = 16 * std::numeric_limits<double>::epsilon();
+// Of a step: a bend that is as near to one of its ends takes no part in it.
+constexpr double kAtEnds = 1e-4;
 // Of the tolerances: a smaller argument is zero.
 constexpr double kBendCounts = 0.1;
 
@@ -49,7 +51,7 @@ void BendWatch::add_laws(Assembly& assembly, const Element& force, const MotionL
   }
 }
 
-BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol, double atol)
+BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool solved)
     : rtol_(rtol), atol_(atol) {
   /// arguments(s, x) gives those of the formula.
   const auto add_formula = [&](const FormulaLaw& formula, const auto& arguments) {
@@ -83,11 +85,12 @@ BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol
                     });
   }
   for (const auto& term : objective.running)
-    for (const FormulaOutput* formula : formulas_of(*term))
-      // Of accelerations a step's ends tell nothing.
-      if (!formula->needs_accelerations())
-        add_formula(formula->definition().formula(),
-                    [&assembly, formula](const StateView& s, double* x) { formula->arguments(s, assembly, x); });
+    for (const FormulaOutput* formula : formulas_of(*term)) {
+      if (!formula->definition().formula().may_bend() || (formula->needs_accelerations() && !solved)) continue;
+      accelerations_ = accelerations_ || formula->needs_accelerations();
+      add_formula(formula->definition().formula(),
+                  [&assembly, formula](const StateView& s, double* x) { formula->arguments(s, assembly, x); });
+    }
 }
 
 std::optional<double> BendWatch::passed(double from, double to, double length, const GapTrace::States& at) {
@@ -100,6 +103,16 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
   // they may be beyond it. So the place is approached.
   if (const double way = *t - from; (1 - kApproach) * way > half) return from + kApproach * way;
   return *t - half > from + half ? *t - half : std::min(to, *t + 2 * half);
+}
+
+std::optional<double> BendWatch::within(double from, double to, const GapTrace::States& at) {
+  const double near = kAtEnds * (to - from);
+  for (double begin = from;;) {
+    const auto t = first(begin, to, at);
+    if (!t || to - *t <= near) return {};
+    if (*t - from > near) return t;
+    begin = *t;
+  }
 }
 
 // Another place may be passed before this one: whoever ends a step here looks again.

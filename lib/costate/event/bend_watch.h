@@ -20,13 +20,17 @@ namespace costate {
 class BendWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has; what an argument moves by
-  /// less than the integrator's tolerances is rounding.
-  BendWatch(Assembly& assembly, const Objective& objective, double rtol, double atol);
+  /// less than the integrator's tolerances is rounding. Formulas of accelerations or reactions are among them where the
+  /// states that it is given have these.
+  BendWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool solved);
 
   bool empty() const { return sources_.empty(); }
+  bool needs_accelerations() const { return accelerations_; }
   /// Of a step between these times whose error would do: where another one is to end instead, shortly before a place
   /// that it passes, or shortly behind it. `length` is that of steps nearby; `at` gives the state at times of the step.
   std::optional<double> passed(double from, double to, double length, const GapTrace::States& at);
+  /// Of one whose derivative nobody wants: where it is to end instead, at the first place that it passes well within.
+  std::optional<double> within(double from, double to, const GapTrace::States& at);
   /// The first time within a step at which a place is passed: just behind it, and before it by a billionth of the step.
   std::optional<double> first(double from, double to, const GapTrace::States& at);
   static constexpr double kResolved = 1e-9;
@@ -45,6 +49,7 @@ class BendWatch {
   void add_laws(Assembly& assembly, const Element& force, const MotionLawElement& owner);
 
   double rtol_, atol_, across_ = 0;
+  bool accelerations_ = false;
   std::vector<Source> sources_;
   // Of each place: the largest so far, two looks, the step's end, and one source's.
   std::vector<double> largest_, begin_, now_, end_, own_;

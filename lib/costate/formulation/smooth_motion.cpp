@@ -7,7 +7,7 @@ namespace costate {
 
 bool may_bend(Assembly& assembly, const Objective& objective, double rtol, double atol) {
   return bends_of(assembly.mechanism(), assembly.numbers()) != Bends::none ||
-         !BendWatch(assembly, objective, rtol, atol).empty();
+         !BendWatch(assembly, objective, rtol, atol, true).empty();
 }
 
 bool is_smooth(System& system, const TouchWatch& touches, const StepPlan& plan, double t_end, double rtol,

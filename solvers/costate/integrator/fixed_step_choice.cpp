@@ -11,7 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
-#include "costate/formulation/smooth_motion.h"
+#include "costate/integrator/bent_motion.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
@@ -105,13 +105,6 @@ namespace {
 // Of the largest scaled derivative, in sqrt(rtol): what a gradient's error may be, and what is said of one.
 constexpr double kGradientError = 1, kGradientNotice = 10;
 constexpr long kMostRefined = 16;  // times the steps that psi needs
-
-/// Whether anything bends along motions: no step of these ends there.
-bool may_bend(const Problem& problem) {
-  Assembly assembly(problem.mechanism, problem.parameters);
-  assembly.set_parameters(problem.parameters.values().data());
-  return may_bend(assembly, problem.objective, problem.solver.rtol, problem.solver.absolute());
-}
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {

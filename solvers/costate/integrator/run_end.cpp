@@ -71,6 +71,7 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   system.set_parameters(rho.data());
   Run run(system, problem.solver, problem.monitor, StartDerivative::none);
   if constexpr (std::is_same_v<Run, RadauRun>) run.resolve_bends();
+  if constexpr (std::is_same_v<Run, ExplicitRun>) run.follow_bends();
   EndWatch watch(problem, system);
   watch.begin(run.y());
   run.watch(watch.sink());

@@ -152,7 +152,7 @@ bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first
   // stage would be on the one side and all others on the other, which no error estimate sees.
   look_ = *look;
-  if (resolves_bends()) look_.from -= kBeforeTouch * (look_.to - look_.from);
+  if (resolves_bends_) look_.from -= kBeforeTouch * (look_.to - look_.from);
   limit = look_.from > end_time_ ? look_.from : std::min(limit, end_time_ + look_.step);
   h_ = limit - end_time_;
   return true;
@@ -281,7 +281,7 @@ void RungeKuttaRun<Kind>::begin_step() {
     step_->begin(end_time_, end_.data());
     if (h_ <= 0) h_ = step_->first_step(options_.rtol, atol_.data(), ahead(end_time_) - end_time_);
     // At rest a damper with branches stands on its bend: the first stage may take the derivative of the wrong one.
-    if (system_.has_events() || resolves_bends()) h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
+    if (system_.has_events() || resolves_bends_) h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
   } catch (const StepError& e) {
     last_step_error_ = e.what();
     fail("could not begin", "FIRST_EVALUATION");

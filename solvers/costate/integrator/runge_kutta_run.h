@@ -46,15 +46,20 @@ class RungeKuttaRun {
     tape_ = tape;
     tape->keep_records_of(*step_);
   }
-  /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
-  /// Implicit ones need that for the motion itself: their error estimates pass over a bend, which those of explicit
-  /// ones see.
-  void resolve_bends() {
-    bends_ = bends_of(system_.assembly().mechanism(), system_.assembly().numbers());
+  /// Before the first step: steps end at bends whose places are known. Where most stages of a step are on one side of
+  /// one its error estimate tells little of what it does.
+  void follow_bends() {
     bend_watch_ =
-        std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
+        std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(), true);
     // Which it passes, nobody else is to stop at.
     watch_touches(follows_bends() ? LeftBends::of_rates : LeftBends::none);
+  }
+  /// Before the first step: all forces that bend are passed by steps so short that the derivative of the run is right,
+  /// too. Implicit ones need that for the motion itself: their error estimates pass over a bend.
+  void resolve_bends() {
+    bends_ = bends_of(system_.assembly().mechanism(), system_.assembly().numbers());
+    follow_bends();
+    resolves_bends_ = bends_ != Bends::none || follows_bends();
   }
   /// Before the first step: where a slip in space that has begun from rest is slow, steps are as short as its direction
   /// asks, which turns with 1/|w|: the derivative of the run is right, too. Of implicit ones; explicit ones do not get
@@ -106,21 +111,21 @@ class RungeKuttaRun {
   const double* within_step(double begin, double t);
   /// Those of the step just attempted.
   GapTrace::States states_within() {
-    return [this, solved = touches_ && touches_->needs_accelerations()](double at) {
-      return look_state(system_, at, within_step(end_time_, at), solved);
-    };
+    const bool solved =
+        (touches_ && touches_->needs_accelerations()) || (follows_bends() && bend_watch_->needs_accelerations());
+    return [this, solved](double at) { return look_state(system_, at, within_step(end_time_, at), solved); };
   }
   /// Whether a force may bend within it.
   bool may_bend() {
     return bends_ == Bends::anywhere || touches_->may_touch(end_time_, step_->t_end(), states_within());
   }
-  bool resolves_bends() const { return bends_ != Bends::none || follows_bends(); }
   bool follows_bends() const { return bend_watch_ && !bend_watch_->empty(); }
   /// Whether the step just found has passed the place of a bend and is longer than steps across one may be; another one
   /// is then to be found, until `limit`.
   bool passed_bend(double& limit) {
     if (!follows_bends()) return false;
-    const auto end = bend_watch_->passed(end_time_, step_->t_end(), h_, states_within());
+    const auto end = resolves_bends_ ? bend_watch_->passed(end_time_, step_->t_end(), h_, states_within())
+                                     : bend_watch_->within(end_time_, step_->t_end(), states_within());
     if (end) limit = *end;
     return end.has_value();
   }
@@ -164,8 +169,8 @@ class RungeKuttaRun {
   std::unique_ptr<Step> step_;
   std::unique_ptr<StepPlan> plan_;
   std::unique_ptr<TouchWatch> touches_;
-  std::unique_ptr<BendWatch> bend_watch_;  // of runs that are differentiated
-  TouchLook look_;                         // a touch that a step has passed over
+  std::unique_ptr<BendWatch> bend_watch_;
+  TouchLook look_;  // a touch that a step has passed over
   Tape* tape_ = nullptr;
   Follower follower_;
   StepSink after_step_;
@@ -179,6 +184,7 @@ class RungeKuttaRun {
   bool bend_behind_ = false;     // that step was one across a bend
   bool pending_step_ = false;    // step_ holds a step that has been taken
   bool ended_ = false;           // the segment
+  bool resolves_bends_ = false;  // for derivatives
   bool resolves_slips_ = false;  // that begin from rest
   Bends bends_ = Bends::none;    // those that are resolved
   std::string last_step_error_;

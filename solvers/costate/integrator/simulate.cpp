@@ -57,6 +57,7 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, StartDerivative::none);
   if constexpr (std::is_same_v<Run, RadauRun>) session.resolve_bends();
+  if constexpr (std::is_same_v<Run, ExplicitRun>) session.follow_bends();
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   std::optional<EndWatch> end;

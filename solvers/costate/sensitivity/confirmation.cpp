@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
+#include "costate/integrator/bent_motion.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -152,7 +153,9 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
   return static_cast<double>(finer.counters.steps) >= times * static_cast<double>(coarser.counters.steps);
 }
 
-double surely_less(const GradientResult& r) { return r.events.empty() ? kSurelyLess : kSurelyOverEvents; }
+double surely_less(const Problem& problem, const GradientResult& r) {
+  return falls_by_fits(problem, r) ? kSurelyOverEvents : kSurelyLess;
+}
 
 /// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays. A motion far below
 /// absolute tolerances is damped away by all of them that are loose: the tighter one resolves a psi of that size.
@@ -183,7 +186,7 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
         rtol * by, rtol));
     return result;
   }
-  know(problem, result, tight, result.events.empty() ? 1 : kByChanceOverEvents);
+  know(problem, result, tight, falls_by_fits(problem, result) ? kByChanceOverEvents : 1);
   const Apart change = apart(problem, result, tight);
   if (change.relative > std::min(kMuch, kMuchOfLoose * rtol))
     notice(fmt::format("From rtol {:g} to {:g} {}, where psi is {:.6g}: take the smaller one, or a smaller one still.",
@@ -249,7 +252,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   const bool repeated = looks.scheme && std::isfinite(first.relative) && !takes_more_steps(result, loose);
   const bool bound = !looks.scheme && !takes_more_steps(result, loose, kHardlyMoreSteps);
   if (explained && !looks.erratic && !repeated && !bound) {
-    know(asked, result, loose, surely_less(result));
+    know(asked, result, loose, surely_less(asked, result));
     say(said);
     return result;
   }
@@ -264,7 +267,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     tighter = factor;
   }
   if (tighter == 0) {
-    if (std::isfinite(first.relative)) know(asked, result, loose, explained ? surely_less(result) : 1);
+    if (std::isfinite(first.relative)) know(asked, result, loose, explained ? surely_less(asked, result) : 1);
     say(said);
     if (!std::isfinite(first.relative))
       notice(fmt::format(

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
+#include "costate/integrator/bent_motion.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
@@ -28,8 +29,8 @@ namespace {
 // runs may agree by accident.
 constexpr double kOtherSteps = 1.2, kLeastError = 1e-2;
 constexpr double kTightestEstimate = 1e-14, kFarthest = 3e-4;
-// Of the tolerance, the first run that tells; and of that one's, the second.
-constexpr double kFirst = 0.1, kSecond = 0.3;
+// Of the tolerance, the first run that tells; and of that one's, the others.
+constexpr double kFirst = 0.1, kSecond = 0.3, kThird = 0.1;
 
 /// The same problem with a part of the step.
 Problem with_a_part_of_the_step(const Problem& problem, const Simulation& result, double part) {
@@ -74,10 +75,10 @@ void add_apart(const Result& result, const Result& better, double whole, ErrorEs
     e.gradient[j] = std::max(e.gradient[j], whole * other.gradient[j]);
 }
 
-/// The farther of two runs that are solved better, the second better than the first: the first may come near the result
-/// by chance, with an error of its own as large. `run` makes them of another problem.
+/// The farthest of two runs or three that are solved better, each better than the one before: the first may come near
+/// the result by chance, with an error of its own as large. `run` makes them of another problem.
 template <class Result, class Run>
-ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool fixed, const Run& run) {
+ErrorEstimate farthest_of_better(const Problem& problem, const Result& result, bool fixed, const Run& run) {
   ErrorEstimate e;
   if (fixed) {  // of order two: half the step takes three quarters of the error away
     for (const double part : {0.5, 0.25})
@@ -91,11 +92,15 @@ ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool 
     const bool another = takes_other_steps(result.counters.steps, better.counters.steps);
     if (!another && part >= kFarthest && !tightest(tighter)) continue;
     add_apart(result, better, 1, e);
-    if (!tightest(tighter)) try {
-        add_apart(result, run(with_tolerance(problem, kSecond * part, size_of_psi(problem, result))), 1, e);
-      } catch (const SolverError&) {
-        // So tight a tolerance cannot be met; the first tells.
-      }
+    // Where errors fall by fits and starts two may be near the result by chance, too.
+    std::vector<double> further = {kSecond};
+    if (falls_by_fits(problem, result)) further.push_back(kThird);
+    for (const double by : further)
+      if (!tightest(tighter)) try {
+          add_apart(result, run(with_tolerance(problem, by * part, size_of_psi(problem, result))), 1, e);
+        } catch (const SolverError&) {
+          // So tight a tolerance cannot be met; the others tell.
+        }
     return e;
   }
 }
@@ -302,7 +307,7 @@ Problem with_firmer_constraints(const Problem& problem) {
 ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result) {
   const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
-  ErrorEstimate e = farther_of_two(problem, result, fixed, run);
+  ErrorEstimate e = farthest_of_better(problem, result, fixed, run);
   if (!fixed) tell_if_sensitive(problem, result.psi, {}, e);
   add_least(problem, result, fixed, e);
   add_softness(problem, result, e, run);
@@ -313,7 +318,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
                              const GradientResult& result) {
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
-  ErrorEstimate e = farther_of_two(problem, result, fixed, run);
+  ErrorEstimate e = farthest_of_better(problem, result, fixed, run);
   if (!fixed) tell_if_sensitive(problem, result.psi, result.gradient, e);
   add_least(problem, result, fixed, e);
   for (std::size_t j = 0; j < e.gradient.size() && !fixed; ++j)

@@ -103,7 +103,7 @@ std::vector<double> times_of_laws(const Problem& problem, const std::vector<doub
 /// are on the side that steps that way come from.
 std::vector<double> bends_along(Assembly& assembly, const Objective& objective, const Problem& problem,
                                 const Trajectory& motion, bool backward) {
-  BendWatch watch(assembly, objective, problem.solver.rtol, problem.solver.absolute());
+  BendWatch watch(assembly, objective, problem.solver.rtol, problem.solver.absolute(), false);
   std::vector<double> times, qvz(static_cast<std::size_t>(motion.width()));
   if (watch.empty()) return times;
   const auto at = [&](double t) {

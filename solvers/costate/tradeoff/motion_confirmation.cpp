@@ -11,7 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
-#include "costate/formulation/law_joins.h"
+#include "costate/integrator/bent_motion.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/problem/known_error.h"
@@ -55,10 +55,6 @@ double reason_of(const Problem& problem) {
 double claim_of(const Problem& problem) {
   if (has_fixed_steps(integrator_of(problem))) return kUnknownBySteps;
   return kPartOfClaim * std::max(kKnown, MotionClaim::of(problem.solver.rtol));
-}
-
-bool is_bent(const Problem& problem, const Simulation& run) {
-  return !run.events.empty() || bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none;
 }
 
 struct Change {
@@ -181,7 +177,8 @@ std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& prob
     const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion, values), "");
     const Change change = motion_change(probe, loose, values, reason_of(problem));
     if (result && change.most <= reason_of(problem)) {
-      widen_error(*result, (is_bent(problem, *result) ? kOfLooserOverBends : kOfLooser) * (values.psi - loose.psi));
+      widen_error(*result,
+                  (falls_by_fits(problem, *result) ? kOfLooserOverBends : kOfLooser) * (values.psi - loose.psi));
       look_beyond_chance(problem, probe.rho(), values, loose.psi, *result);
     }
     return change;
@@ -297,7 +294,8 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
     return notice(fmt::format(
         "{} this run's, the motion cannot be followed ({}): how much of it is right is not known.", at, *failure));
   if (result)
-    widen_error(*result, (is_bent(problem, *result) ? kOfTighterOverBends : 1) * (values.psi - better.values.psi));
+    widen_error(*result,
+                (falls_by_fits(problem, *result) ? kOfTighterOverBends : 1) * (values.psi - better.values.psi));
   const bool tight = rtol < kTightestAtOnce;
   const double claim = tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol);
   const Change change =

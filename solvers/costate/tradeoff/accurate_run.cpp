@@ -11,6 +11,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
 #include "costate/formulation/formulation.h"
+#include "costate/integrator/bent_motion.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/run_budget.h"
 #include "costate/integrator/run_watch.h"
@@ -20,6 +21,7 @@
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/error_order.h"
+#include "costate/tradeoff/gradient_price.h"
 #include "costate/tradeoff/trade_reference.h"
 #include "costate/tradeoff/two_runs.h"
 
@@ -35,17 +37,14 @@ constexpr double kGivenUp = 1e-9;
 constexpr double kFirst = 0.02, kSchemes = 2.5, kLoosest = 5e-5, kLoosestOfSchemes = 2e-5, kTightest = 1e-13;
 // Errors are told by a run ErrorOrder::kApart times looser, but no looser than that.
 constexpr double kLoosestRun = 5e-3;
-// What a scheme's run counts against those of the others, whose errors are larger at a tolerance of this ratio still;
-// and what a gradient of its steps takes, as a part of what those of the others do.
-constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.5;
+// What a scheme's run counts against those of the others, whose errors are larger at a tolerance of this ratio still,
+// those of gradients more so.
+constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.47;
 // The first run in full is given up for the next best choice at so many times what that one's short run took: seven for
 // the whole time, three and more for a gradient, and a margin of three.
 constexpr double kPatience = 65;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
-// Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3; that of an explicit scheme's steps
-// costs less than one tangent.
-constexpr std::size_t kTangents = 3;
 // Psi is as wrong as the outputs are, or a little less, and as scaled derivatives: less of a difference is chance.
 constexpr double kByChance = 0.3;
 // A psi that is small has absolute tolerances of which 30 are no more than that part of accuracy psi, in the units of
@@ -56,22 +55,13 @@ constexpr double kPilotError = 1e4;
 // Of the square of the mechanism's length: costs are squares of coordinates, or of their size.
 constexpr double kZero = 1e-12;
 
-/// The gradient method that goes with an integrator, or null.
-const SensitivityMethod* method_on(const Integrator& integrator, bool adjoint) {
-  using Needs = SensitivityMethod::Needs;
-  const Needs needs = integrator.discrete                             ? Needs::discrete
-                      : integrator.form == Integrator::Form::residual ? Needs::dae
-                                                                      : Needs::ode;
-  return first_method(
-      [&](const SensitivityMethod& m) { return m.needs == needs && m.adjoint == adjoint && !m.perturbs; });
-}
-
 class Chooser {
  public:
   Chooser(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request)
       : request_(request),
         problem_(watched(problem)),
-        probe_(problem_, rho, request.outputs, kSamples, request.besides) {
+        probe_(problem_, rho, request.outputs, kSamples, request.besides),
+        bends_(request.gradient && may_bend(problem)) {
     require_choice();
     first_ = std::clamp(kFirst * request.accuracy, kTightest, kLoosest);
   }
@@ -100,7 +90,7 @@ class Chooser {
     for (std::exception_ptr first;;) {
       PilotRace race(problem_, probe_.rho(), redundant,
                      [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
-                     {kSchemes, request_.gradient ? kSchemeGradient : kSchemeRun});
+                     {kSchemes, [this](const Formulation& f, const Integrator& i) { return weight(f, i); }});
       try {
         const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
         r.pilots.insert(r.pilots.end(), race.pilots().begin(), race.pilots().end());
@@ -178,9 +168,9 @@ class Chooser {
     if ((m.needs == Needs::dae || m.needs == Needs::ode || m.needs == Needs::discrete) && !m.perturbs) return;
     std::vector<std::string> can;
     for (const Integrator& i : integrators())
-      if (const SensitivityMethod* adjoint = method_on(i, true);
-          i.step_control && std::find(can.begin(), can.end(), adjoint->name) == can.end())
-        can.push_back(adjoint->name);
+      if (const std::string adjoint = adjoint_on(i);
+          i.step_control && std::find(can.begin(), can.end(), adjoint) == can.end())
+        can.push_back(adjoint);
     throw CapabilityError(fmt::format("Method '{}' cannot be held to an accuracy; those of the integrators can ({}).",
                                       m.name, fmt::join(can, ", ")));
   }
@@ -192,23 +182,23 @@ class Chooser {
     if (!request_.formulation.empty() && request_.formulation != f.name) return false;
     if (problem_.cycle && i.discrete) return false;
     if (!request_.gradient) return true;
-    if (request_.method.empty()) return !method_of(f, i).empty();
+    if (request_.method.empty()) return !price_of(f, i).method.empty();
     const std::vector<std::string> on = integrators_of(find_sensitivity_method(request_.method), f);
     return std::find(on.begin(), on.end(), i.name) != on.end();
   }
 
-  /// The gradient method of an integrator that costs the least here; empty where there is none.
-  std::string method_of(const Formulation& f, const Integrator& i) const {
-    const bool explicit_scheme = i.discrete && i.form != Integrator::Form::residual;
-    const bool adjoint = explicit_scheme || problem_.parameters.parameters.size() > kTangents;
-    for (const bool a : {adjoint, !adjoint})
-      if (const SensitivityMethod* m = method_on(i, a); m && refusal(*m, f).empty()) return m->name;
-    return {};
+  GradientPrice price_of(const Formulation& f, const Integrator& i) const {
+    return least_price(f, i, problem_.parameters.parameters.size(), bends_);
+  }
+  /// Of a run on this integrator, in the time of one without a gradient.
+  double weight(const Formulation& f, const Integrator& i) const {
+    if (!request_.gradient) return i.discrete ? kSchemeRun : 1;
+    return (i.discrete ? kSchemeGradient : 1) * (1 + price_of(f, i).runs);
   }
 
   Combination with_method(Combination c) const {
     if (!request_.gradient) return c;
-    c.method = request_.method.empty() ? method_of(find_formulation(c.formulation), find_integrator(c.integrator))
+    c.method = request_.method.empty() ? price_of(find_formulation(c.formulation), find_integrator(c.integrator)).method
                                        : request_.method;
     return c;
   }
@@ -370,6 +360,7 @@ class Chooser {
   RunBudget budget_;
   Problem problem_;
   TradeProbe probe_;
+  bool bends_;
   double first_ = 0, psi_unit_ = 1;
   double psi_size_ = -1;                      // of the last run; below 0: there is none
   bool patient_ = false;                      // the run may be cut for the next best choice

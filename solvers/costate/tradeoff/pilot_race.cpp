@@ -35,9 +35,8 @@ double PilotRace::Pace::at(double t) const {
   return later == points.end() ? (points.empty() ? 0 : points.back().second) : later->second;
 }
 
-PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, bool redundant, Serves serves,
-                     Schemes schemes)
-    : problem_(problem), rho_(rho), redundant_(redundant), serves_(std::move(serves)), schemes_(schemes) {
+PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, bool redundant, Serves serves, Terms terms)
+    : problem_(problem), rho_(rho), redundant_(redundant), serves_(std::move(serves)), terms_(std::move(terms)) {
   problem_.solver.confirm = false;
   // A cost of the cycle is none of a run from the scene's start.
   if (problem_.cycle) {
@@ -94,9 +93,9 @@ bool PilotRace::may(const Formulation& f, const Integrator& i) const {
 AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   AccuracyPilot p;
   p.what = c;
-  const bool scheme = find_integrator(c.integrator).discrete;
-  weight_ = scheme ? schemes_.weight : 1;
-  if (scheme) rtol = std::min(schemes_.rtol * rtol, kLoosestPilot);
+  const Integrator& integrator = find_integrator(c.integrator);
+  weight_ = terms_.weight ? terms_.weight(find_formulation(c.formulation), integrator) : 1;
+  if (integrator.discrete) rtol = std::min(terms_.schemes_rtol * rtol, kLoosestPilot);
   p.rtol = rtol;
   p.until = problem_.solver.t_end;
   Problem problem = problem_;

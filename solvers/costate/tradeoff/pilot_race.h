@@ -27,13 +27,15 @@ class PilotRace {
   /// Whether a formulation may run on an integrator here.
   using Serves = std::function<bool(const Formulation&, const Integrator&)>;
 
-  /// Explicit schemes run at so many times the others' tolerance, where their errors are theirs, and their time counts
-  /// so much: what a gradient adds to it differs, too.
-  struct Schemes {
-    double rtol = 1, weight = 1;
+  /// What a run's time counts, with what a gradient adds to it.
+  using Weight = std::function<double(const Formulation&, const Integrator&)>;
+  /// Explicit schemes run at so many times the others' tolerance, where their errors are theirs.
+  struct Terms {
+    double schemes_rtol = 1;
+    Weight weight = {};  // empty: 1
   };
   /// Where rows are redundant, formulations that carry none are left out.
-  PilotRace(const Problem& problem, const std::vector<double>& rho, bool redundant, Serves serves, Schemes schemes);
+  PilotRace(const Problem& problem, const std::vector<double>& rho, bool redundant, Serves serves, Terms terms);
 
   /// Those that ended, the fastest first, at rtol or as much less as is needed for one to end. Throws the last failure
   /// where none does, CapabilityError where nothing serves.
@@ -57,7 +59,7 @@ class PilotRace {
   bool redundant_;
   Serves serves_;
   Pace best_, mine_;
-  Schemes schemes_;
+  Terms terms_;
   double began_ = 0, weight_ = 1;
   double slice_ = 0;  // s; 0: without an end
   bool sliced_ = false;

@@ -188,9 +188,10 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   search.begin();
   search.solve();
   map.require_same_modes(search.value);
-  map.require_whole_turns(search.x, search.positions, search.value);
   if (rests(map, start, search.x, search.positions, search.value.time))
     tell_rest(settings, problem.solver.rtol, search.value.time);
+  map.require_same_later(search.x, search.positions, search.value);
+  map.require_whole_turns(search.x, search.positions, search.value);
   CycleResult r;
   for (const auto& c : section.coordinates()) {
     r.names.push_back(c.name);

@@ -16,6 +16,7 @@
 namespace costate {
 
 namespace {
+constexpr int kManyTurns = 97;
 /// What acts at one time: forces and constraints, their derivatives by the state, and by the parameters.
 struct Terms {
   std::vector<double> values, slopes, gaps;
@@ -193,22 +194,16 @@ void ReturnMap::require_same_modes(const MapValue& value) const {
   }
 }
 
-void ReturnMap::require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions,
-                                    const MapValue& value) const {
-  if (value.turned.isZero()) return;
-  // Where forces are those of a turn before, so is the motion; a state at which they are alike by chance (a dead
-  // centre) does not show that they are.
-  const Eigen::VectorXd further = x + value.turned;
+std::string ReturnMap::otherwise(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                 const Eigen::VectorXd& further) const {
   // Runs that begin elsewhere have other errors: up to some 1e4 tolerances where what goes round nearly stops on its
   // way.
-  const double same = std::sqrt(problem_.solver.rtol), small = 0.1 * x.cwiseAbs().maxCoeff();
-  std::string turning, found;
-  for (int i = 0; i < section_.size(); ++i)
-    if (value.turned[i] != 0)
-      turning += fmt::format("{}'{}' by {:.6g} rad", turning.empty() ? "" : ", ",
-                             section_.coordinates()[static_cast<std::size_t>(i)].name, value.turned[i]);
+  constexpr double kNothing = 100;  // absolute tolerances
+  const double same = std::sqrt(problem_.solver.rtol),
+               small = std::max(0.1 * x.cwiseAbs().maxCoeff(), kNothing * problem_.solver.absolute() / same);
+  std::string found;
   try {
-    const MapValue next = evaluate(further, positions, MapDerivatives::none);
+    const MapValue next = evaluate(x + further, positions, MapDerivatives::none);
     double most = same;
     const auto compare = [&](double a, double b, const std::string& name, const std::string& unit) {
       if (const double off = std::abs(a - b) / std::max(std::abs(a), small); !(off <= most)) {
@@ -219,20 +214,62 @@ void ReturnMap::require_whole_turns(const Eigen::VectorXd& x, const std::vector<
     if (std::abs(value.time - next.time) > same * value.time)
       found = fmt::format("the time to the next section is {:.9g} s there for {:.9g} s here", next.time, value.time);
     for (const int i : section_.free())
-      compare(value.next[i], next.next[i] - value.turned[i],
+      compare(value.next[i], next.next[i] - further[i],
               fmt::format("'{}' on return", section_.coordinates()[static_cast<std::size_t>(i)].name),
               section_.coordinates()[static_cast<std::size_t>(i)].unit);
   } catch (const SolverError& e) {
     found = e.what();
     if (!found.empty() && found.back() == '.') found.pop_back();
   }
-  if (!found.empty())
-    throw ModelError(
-        "cycle.turns",
-        fmt::format("What turns ({}) does not bring the motion back to where it began: {}. Something acts by the angle "
-                    "itself, not by where it points. Take a section that is met once in all of its turns (an output "
-                    "sin(angle/2) for two of them), or count = 2.",
-                    turning, found));
+  return found;
+}
+
+void ReturnMap::require_same_later(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                   const MapValue& value) const {
+  // Forces may depend on time at the places alone to which the motion comes.
+  const auto period = section_.settings().period_s;
+  // Angles that a driver has turned stand further on.
+  const double by = period ? *period : 0.4391 * value.time;
+  ReturnMap later = *this;
+  later.problem_.solver.t_start += by;
+  later.problem_.solver.t_end += by;
+  const auto from = [&](const MapValue& here) {
+    return later.otherwise(x, period ? value.positions : positions, here, Eigen::VectorXd::Zero(x.size()));
+  };
+  std::string found = from(value);
+  // The search's runs have the steps of their derivatives, too.
+  if (!found.empty()) found = from(evaluate(x, positions, MapDerivatives::none));
+  if (found.empty()) return;
+  throw ModelError(
+      period ? "cycle.period_s" : "cycle.section",
+      period
+          ? fmt::format("The motion that was found does not repeat itself: from where it begins, but {:g} s later, {}. "
+                        "Forces or constraints on its way do not return after {:g} s: this is no period of theirs.",
+                        by, found, by)
+          : fmt::format("The motion that was found depends on when it begins: {:.6g} s later, {}. Forces or "
+                        "constraints on its way depend on time, so that a state at the section does not say how the "
+                        "motion goes on. Give 'period_s' in the place of 'section'.",
+                        by, found));
+}
+
+void ReturnMap::require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                    const MapValue& value) const {
+  if (value.turned.isZero()) return;
+  std::string turning;
+  for (int i = 0; i < section_.size(); ++i)
+    if (value.turned[i] != 0)
+      turning += fmt::format("{}'{}' by {:.6g} rad", turning.empty() ? "" : ", ",
+                             section_.coordinates()[static_cast<std::size_t>(i)].name, value.turned[i]);
+  // Where forces are those of a turn before, so is the motion; a state at which they are alike by chance (a dead
+  // centre) does not show that they are. Nor does the next turn, of what acts from some turn on.
+  for (const int turns : {1, kManyTurns})
+    if (const std::string found = otherwise(x, positions, value, turns * value.turned); !found.empty())
+      throw ModelError(
+          "cycle.turns",
+          fmt::format("What turns ({}) does not bring the motion back to where it began: {}{}. Something acts by the "
+                      "angle itself, not by where it points. Take a section that is met once in all of its turns (an "
+                      "output sin(angle/2) for two of them), or count = 2.",
+                      turning, turns > 1 ? fmt::format("{} such turns on, ", turns) : "", found));
 }
 
 }  // namespace costate

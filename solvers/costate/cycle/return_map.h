@@ -44,19 +44,22 @@ class ReturnMap {
   MapValue evaluate(const Eigen::VectorXd& x, const std::vector<double>& positions, MapDerivatives derivatives) const;
   /// x moved onto the section along the coordinate that takes it there soonest; with a period as it is.
   void onto_section(Eigen::VectorXd& x, const std::vector<double>& positions) const;
-  /// Throws ModelError where what goes round does not begin anew a whole turn on: the cycle from there, beside that
-  /// from x, ends later or elsewhere by more than sqrt(rtol) of it. In periodicity.cpp.
+  // Of a cycle that was found. In periodicity.cpp.
   /// Throws SolverError where a contact is not again what it was at the start.
   void require_same_modes(const MapValue& value) const;
+  /// Throws ModelError where the cycle that begins a period later (none: at another time) ends later or elsewhere than
+  /// that from x, by more than sqrt(rtol) of it.
+  void require_same_later(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
+  /// The same where what goes round does not begin anew a whole turn on, or many turns on.
   void require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
   /// The consistent start at x: q, v and z of the mechanism.
   struct State {
     std::vector<double> q, v, z;
   };
   State state(const Eigen::VectorXd& x, const std::vector<double>& positions) const;
-  /// Throws ModelError where forces or constraints at this state do not repeat themselves after the period (none: where
-  /// they depend on time at all), or change by a parameter as they do not repeat.
-  /// In periodicity.cpp.
+  /// Before one is looked for: throws ModelError where forces or constraints at this state do not repeat themselves
+  /// after the period (none: where they depend on time at all), or change by a parameter as they do not repeat. In
+  /// periodicity.cpp.
   void require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const;
 
   /// The functional by one run of its own, for gradients by any method: the problem that begins at x and ends at the
@@ -88,6 +91,9 @@ class ReturnMap {
  private:
   /// How steep the way is, and its derivatives by the varied parameters.
   double angle(int varied, Eigen::RowVectorXd& angle_rho) const;
+  /// What the cycle from x does otherwise than `value`, beyond whole turns that it begins further on; or nothing.
+  std::string otherwise(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                        const Eigen::VectorXd& further) const;
   MapValue once(const Eigen::VectorXd& x, const std::vector<double>& positions, MapDerivatives derivatives,
                 bool last) const;
   /// The problem that begins at x: its start numbers are parameters (if varied), then the last `varied` of rho, then

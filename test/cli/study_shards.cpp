@@ -85,6 +85,25 @@ TEST_CASE("study: a shard that was killed goes on where it stopped, and is not r
   }
 }
 
+TEST_CASE("study: a run that fails in its shard has failed in the whole, with its reason") {
+  const WorkingDirectory here;
+  const std::string scene =
+      "scene = \"" COSTATE_MODELS_DIR "/damped_pendulum/damped_pendulum.toml\"\ntask = \"simulate\"\n";
+  write_text(here / "s.toml", "[[run]]\nname = \"good\"\n" + scene + "[[run]]\nname = \"bad\"\n" + scene +
+                                  "set = { \"run.ends_when\" = { output = \"P.x\", above = 5.0 } }\n");
+  const Json part = costate_json({"study", "s.toml", "--output", "out", "--shard", "1/1"}, here.path(), 1);
+  const Json merged = costate_json({"study", "s.toml", "--output", "out", "--merge"}, here.path(), 1);
+  CHECK(merged.at("status") == "failed");
+  CHECK(merged.at("runs").at(0).at("status") == "kept");
+  CHECK(merged.at("runs").at(1).at("status") == "failed");
+  CHECK_THAT(merged.at("runs").at(1).at("error").get<std::string>(), Contains("never comes"));
+  CHECK(merged.at("runs").at(1).at("error") == part.at("runs").at(1).at("error"));
+  // What has failed is run once more where it is asked for again.
+  const Json again = costate_json({"study", "s.toml", "--output", "out"}, here.path(), 1);
+  CHECK(again.at("runs").at(0).at("status") == "kept");
+  CHECK(again.at("runs").at(1).at("status") == "failed");
+}
+
 TEST_CASE("study: --set stands over what the study says") {
   const WorkingDirectory here;
   write_text(here / "s.toml", "[[run]]\nname = \"r\"\nscene = \"" COSTATE_MODELS_DIR

@@ -160,15 +160,21 @@ class StudyCommand {
   /// The tables of what shards have left; nothing is run.
   int merge() {
     std::vector<std::string> missing;
+    bool failed = false;
     for (StudyJob& j : jobs_) {
       j.require_files();
-      if (j.find_earlier() == StudyJob::Left::finished)
+      const StudyJob::Left left = j.find_earlier();
+      if (left == StudyJob::Left::finished) {
         j.state = StudyJob::State::kept;
-      else
+      } else if (left == StudyJob::Left::failed) {
+        j.state = StudyJob::State::failed;
+        failed = true;
+      } else {
         missing.push_back(j.run.name);
+      }
     }
     report(true);
-    if (missing.empty()) return 0;
+    if (missing.empty()) return failed ? kFailed : 0;
     throw Error(fmt::format("{} of {} runs are not finished: {}. Run their shards again, or the study without --merge.",
                             missing.size(), jobs_.size(), fmt::join(missing, ", ")));
   }
@@ -198,7 +204,8 @@ class StudyCommand {
       j.state = StudyJob::State::kept;
       return;
     }
-    j.resume = left == StudyJob::Left::begun && j.run.task == "optimize";
+    j.resume = (left == StudyJob::Left::begun || left == StudyJob::Left::failed) && j.run.task == "optimize";
+    j.error.clear();
     fs::create_directories(j.directory);
     fs::remove(j.summary());
     if (!j.resume) fs::remove(j.directory / "evaluations.jsonl");
@@ -228,8 +235,9 @@ class StudyCommand {
                       j.result.value("status", "") == "ok";
     j.state = good ? StudyJob::State::done : StudyJob::State::failed;
     if (!good) j.error = complaint(j, wait_status);
-    if (good) try {
-        j.note(true);
+    // What a signal has ended is not finished, nor what a key has.
+    if (good || (WIFEXITED(wait_status) && WEXITSTATUS(wait_status) < 128)) try {
+        j.note(good);
       } catch (const Error&) {  // its result stands; the next study repeats it from its journal
       }
     ++finished_;

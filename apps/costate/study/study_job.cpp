@@ -42,8 +42,14 @@ StudyJob::Left StudyJob::find_earlier() {
   Json known = json_of_file(directory / "study_run.json");
   if (!known.is_object()) return Left::nothing;
   const Json digest = known.value("summary", Json());
+  const Json failed = known.value("failed", Json());
   known.erase("summary");
+  known.erase("failed");
   if (known != definition()) return Left::nothing;
+  if (failed.is_string()) {
+    error = failed;
+    return Left::failed;
+  }
   if (!digest.is_string() || digest != file_digest(summary().string())) return Left::begun;
   result = json_of_file(summary());
   return Left::finished;
@@ -51,7 +57,8 @@ StudyJob::Left StudyJob::find_earlier() {
 
 void StudyJob::note(bool finished) const {
   Json j = definition();
-  if (finished) j["summary"] = file_digest(summary().string());
+  if (finished && error.empty()) j["summary"] = file_digest(summary().string());
+  if (!error.empty()) j["failed"] = error;
   write_file_atomically(directory / "study_run.json", json_text(j) + "\n");
 }
 

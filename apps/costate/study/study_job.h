@@ -22,9 +22,10 @@ struct StudyJob {
   /// What the results belong to: a change of it makes them worthless.
   Json definition() const;
   /// What an earlier study left of this definition; a summary counts as it was written, to the byte, and is read then.
-  enum class Left { nothing, begun, finished };
+  /// Of one that has failed `error` is set.
+  enum class Left { nothing, begun, failed, finished };
   Left find_earlier();
-  /// Notes in the directory what its results belong to, and the digest of the summary once there is one.
+  /// Notes in the directory what its results belong to, and the digest of the summary once there is one, or the error.
   void note(bool finished) const;
   /// Throws where the place of one of its files is taken by a pipe, a device or a directory.
   void require_files() const;

@@ -324,3 +324,38 @@ TEST_CASE("tyre: slip is regular at rest, lags where asked to, and equals the so
   REQUIRE(w.measure("slip_angle") == Approx(std::atan(0.04)));
   REQUIRE(w.zdot[0] == Approx((1.2 - 8 * 0.04) / 0.5));
 }
+
+TEST_CASE("tyre: what a side force makes about the normal turns with the direction of travel") {
+  // Behind the contact is the other end of the patch, in reverse: the moments of the mirrored motion. Regular between.
+  const auto moment = [](double u, double width, bool calspan) {
+    Wheel w;
+    w.position = {0, 0, 0.5};
+    w.hub = {0, 0, 0};
+    w.tyre.axis = {0, 1, 0};
+    w.euler = {1, 0, 0, 0};
+    w.velocity = {u, 0.5, 0};
+    w.omega = {0, 0, 0};
+    w.place();
+    add_road(w.builder, "ground", {});
+    TyreSlipOptions slip;
+    slip.slip_speed_m_per_s = width;
+    LinearTyreOptions o;
+    o.cornering_stiffness_N_per_rad = 1000;
+    o.aligning_moment_N_m_per_rad = 30;
+    o.trail_m = 0.07;
+    calspan ? add_calspan_tyre(w.builder, "T", w.tyre, slip, kIltis) : add_linear_tyre(w.builder, "T", w.tyre, slip, o);
+    w.finish();
+    return w.moment[2];
+  };
+  const double alpha = std::atan(0.05);
+  CHECK(moment(10, 0.1, false) == Approx((30 + 1000 * 0.07) * alpha).epsilon(1e-12));
+  for (const bool calspan : {false, true})
+    for (const double width : {0.0, 0.1}) {
+      CHECK(moment(10, width, calspan) > 0);
+      CHECK(moment(-10, width, calspan) == -moment(10, width, calspan));
+      CHECK(moment(0, width, calspan) == 0);
+    }
+  // tanh(V.e_x / w), beside that of the slip itself.
+  const double slow = std::atan(0.5 / 0.05 * std::tanh(0.5));
+  CHECK(moment(0.05, 0.1, false) == Approx((30 + 70) * slow * std::tanh(0.5)).epsilon(1e-12));
+}

@@ -326,7 +326,10 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
       const int of_model = number - f_.model_numbers_;
       const bool level = f_.setup_.road->level();
       const TyreContact contact = f_.setup_.contact;
-      if (of_model >= 0 ? of_model == f_.model_.trail() : number < Numbers::radius || number > Numbers::ramp)
+      // The slip speed moves the trail as well.
+      const bool trails = f_.model_.trail() >= 0;
+      if (of_model >= 0 ? trails && (of_model == f_.model_.trail() || of_model == 0)
+                        : number < Numbers::radius || number > Numbers::ramp)
         return false;
       if (number == Numbers::radius && contact == TyreContact::disc && !level) return false;
       D& seed = of_model >= 0 ? model_p_[of_model] : p_[number];

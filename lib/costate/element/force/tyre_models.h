@@ -65,6 +65,12 @@ struct TyreSlip {
     if (value_of(w) == 0) return value_of(forward) < 0 ? -forward : forward;
     return S(w) * x_coth(forward / S(w));
   }
+  /// tanh(V.e_x / w), V.e_x / s (w = 0: by 0.1 m/s): which end of the patch is behind, forward 1, in reverse -1.
+  template <class S, class P>
+  static S direction(const S& forward, const P& w) {
+    using std::tanh;
+    return tanh(forward / (value_of(w) == 0 ? S(cut_speed) : S(w)));
+  }
   /// sliding / speed: both slips that do not lag.
   template <class S, class P>
   static S ratio(const S& forward, const S& sliding, const P& w) {
@@ -122,8 +128,9 @@ double side_force(const Model& model, TyreInput<double> in, const double* z, con
   return out.lateral();
 }
 
-/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; F_y acts
-/// behind the contact point by the trail. None depends on F_n. Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
+/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and d m_a alpha about n; F_y acts d times the
+/// trail behind the contact point, d the direction of TyreSlip. None depends on F_n. Numbers: those of the slip, D, C,
+/// C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
   static constexpr bool slips = true, pulls_along = false, overturns = true, resists = false;
@@ -147,7 +154,7 @@ struct LinearTyre {
     const P* c = p + slip.number_count();
     out.lateral() = -(S(c[0]) * in.lateral() + S(c[1]) * alpha + S(c[2]) * in.camber());
     out.overturning() = S(c[3]) * in.camber();
-    out.aligning() = S(c[4]) * alpha;
+    out.aligning() = S(c[4]) * alpha * slip.direction(in.forward(), p[0]);
   }
   bool may_jump(const double*) const { return true; }
   void add_jump_places(const TyreInput<double>& in, const double* z, const double* p, bool pressed,
@@ -170,7 +177,7 @@ struct LinearTyre {
 ///   abar = a (alpha + alpha_c) / (mu F),  g = abar - abar |abar| / 3 + abar^3 / 27 up to |abar| = 3, beyond
 ///   its sign
 /// (mu is taken as 0 where its parabola falls below: with the benchmark's numbers beyond 26 kN.)
-///   F_y = mu F g,  M_z = (AF1 F + AF2 |F_y|) F_y
+///   F_y = mu F g,  M_z = d (AF1 F + AF2 |F_y|) F_y,  d the direction of TyreSlip
 /// The branches join: with their slopes at |abar| = 3, with the value at A_omega = 1, F = A2 (there alpha_c
 /// as well). Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
 struct CalspanTyre {
@@ -217,7 +224,7 @@ struct CalspanTyre {
       Fy = force * (S(1.0) - abs / S(3.0) + abar * abar / S(27.0));
     }
     const S size_y = value_of(Fy) < 0 ? -Fy : Fy;
-    out.aligning() = (S(c[10]) * F + S(c[11]) * size_y) * Fy;
+    out.aligning() = (S(c[10]) * F + S(c[11]) * size_y) * Fy * slip.direction(in.forward(), p[0]);
   }
   bool may_jump(const double* p) const { return p[slip.number_count() + 5] != 1 || (!slip.lags && p[0] == 0); }
   void add_jump_places(const TyreInput<double>& in, const double* z, const double* p, bool,

@@ -94,7 +94,8 @@ struct TyreWrench {
     apply_model(model, input, z, p + model_numbers, output, zdot);
     for (int i = 0; i < 3; ++i) arm[i] = -g.loaded_radius * g.ez[i];
     trails = model.trail() >= 0;
-    if (trails) trail = S(p[model_numbers + model.trail()]);
+    if constexpr (requires { model.slip; })
+      if (trails) trail = S(p[model_numbers + model.trail()]) * model.slip.direction(g.forward, p[model_numbers]);
     calc_wrench(setup, normal, output, force, moment);
   }
 

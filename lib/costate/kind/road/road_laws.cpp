@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/base/text_file.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/scene/scene_files.h"
@@ -97,6 +98,23 @@ LawOptions profile_table_law(const std::string& file, double scale) {
 
 namespace {
 
+/// Even bands that are wider than the spectrum's long waves leave these out, which have most of its variance.
+void tell_missing_variance(const SceneTable& t, const SpectrumOptions& o) {
+  constexpr double kMissed = 0.2;
+  const double w = o.exponent, dn = (o.n_max - o.n_min) / o.count;
+  if (!(dn > 0)) return;
+  const double whole =
+      w == 1 ? std::log(o.n_max / o.n_min) : (std::pow(o.n_max, 1 - w) - std::pow(o.n_min, 1 - w)) / (1 - w);
+  double sum = 0;
+  for (int i = 0; i < o.count; ++i) sum += std::pow(o.n_min + (i + 0.5) * dn, -w) * dn;
+  if (std::abs(sum - whole) <= kMissed * whole) return;
+  notice(
+      fmt::format("{}: {} sine waves, {:.3g} 1/m apart, have {:.3g} of the variance of the spectrum from {:g} to {:g} "
+                  "1/m; the longest is one of {:.3g} 1/m. Take a larger n_min_1_per_m, a smaller n_max_1_per_m or a "
+                  "larger count.",
+                  t.path(), o.count, dn, sum / whole, o.n_min, o.n_max, o.n_min + 0.5 * dn));
+}
+
 SpectrumOptions read_spectrum(SceneTable& t, double exponent) {
   SpectrumOptions o;
   o.exponent = exponent;
@@ -104,6 +122,7 @@ SpectrumOptions read_spectrum(SceneTable& t, double exponent) {
   o.n_max = t.value("n_max_1_per_m", NumberRule::positive, o.n_max);
   o.count = read_count(t, o.count);
   o.seed = static_cast<std::uint32_t>(t.whole_number("seed", static_cast<int>(o.seed)));
+  if (o.count > 1) tell_missing_variance(t, o);  // one is a wave of its own
   return o;
 }
 

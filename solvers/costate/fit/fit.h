@@ -42,7 +42,8 @@ struct FittedParameter {
   bool at_bound = false, identified = true;
   double standard_error = 0;                          // NaN where there is none
   double confidence_lower = 0, confidence_upper = 0;  // NaN where there is none; with integration_error
-  double integration_error = 0;  // by how much the integrator's errors move it, by the farther of two runs
+  double integration_error = 0;  // by how much the integrator's errors move it, by the farther of two runs, and the
+                                 // search's next step
 };
 
 struct FitResult {

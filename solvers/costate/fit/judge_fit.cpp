@@ -22,6 +22,9 @@ constexpr double kRounding = 1e-13, kTakesPart = 1e-2;
 constexpr double kNoise = 0.3, kBeyond = 3, kLeastResolution = 1e-10;
 // Of standard errors: integration that moves a parameter less is not worth a word.
 constexpr double kMoved = 0.3;
+// Of the variance of residuals: what the sum of squares may still fall by at what is told as the least, by steps of a
+// tenth of the standard errors.
+constexpr double kLeft = 0.01, kOfErrors = 10;
 
 /// P(|T| < t): with tan(a) = t/sqrt(n) the density of Student's distribution is that of cos(a)^(n-1).
 double two_sided_probability(double t, int n) {
@@ -156,11 +159,26 @@ void judge_fit(const SampleResiduals& at, const std::vector<SampleResiduals>& ot
   const double per = dof > 0 ? result.chi_square / dof : kNone;
   // Two runs may come near each other by chance: the farther one tells.
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(m);
+  double of_errors = 0;  // what such a move changes the sum of squares by
   for (const SampleResiduals& other : others) {
     Eigen::VectorXd projected(m);
     for (Eigen::Index j = 0; j < m; ++j)
       projected[j] = r_rho.col(free[static_cast<std::size_t>(j)]).dot(other.r - at.r);
     moved = moved.cwiseMax((C * projected).cwiseAbs());
+    of_errors = std::max(of_errors, projected.dot(C * projected));
+  }
+  // The step that a search of least squares would make from here: none at the least.
+  Eigen::VectorXd slope(m);
+  for (Eigen::Index j = 0; j < m; ++j) slope[j] = r_rho.col(free[static_cast<std::size_t>(j)]).dot(at.r);
+  const Eigen::VectorXd left = C * slope;
+  // No search gets nearer than errors of integration let it.
+  if (const double falls = slope.dot(left);
+      result.converged && falls > std::max(kLeft * std::max(1.0, dof > 0 ? per : 1.0), kOfErrors * of_errors)) {
+    result.converged = false;
+    result.termination = fmt::format(
+        "stopped short of the least: steps no longer lower the sum of squares, {:.6g}, though to first order it would "
+        "fall by {:.2g}. Another start, or a smaller rtol, tells",
+        result.chi_square, falls);
   }
   if (options.sigma_from_residuals) C *= per;
   const double t = two_sided_quantile(options.confidence, options.sigma_from_residuals ? std::max(dof, 1) : 0);
@@ -171,14 +189,14 @@ void judge_fit(const SampleResiduals& at, const std::vector<SampleResiduals>& ot
       continue;
     }
     p.standard_error = std::sqrt(C(j, j));
-    p.integration_error = moved[j];
+    p.integration_error = moved[j] + std::abs(left[j]);
     p.confidence_lower = p.value - t * p.standard_error - p.integration_error;
     p.confidence_upper = p.value + t * p.standard_error + p.integration_error;
-    if (p.integration_error > kMoved * p.standard_error)
+    if (moved[j] > kMoved * p.standard_error)
       notice(fmt::format(
           "Errors of integration move {} by some {:.2g}, {:.2g} times its standard error, which its interval "
           "includes: a smaller rtol makes them small.",
-          name(j), p.integration_error, p.integration_error / p.standard_error));
+          name(j), moved[j], moved[j] / p.standard_error));
     if (p.standard_error > 0.5 * std::abs(p.value) && p.value != 0)
       result.identifiability.push_back(fmt::format("{} is hardly identified: its standard error is {:.0f} % of it.",
                                                    name(j), 100 * p.standard_error / std::abs(p.value)));

@@ -356,3 +356,42 @@ parameters = ["k", "c"]
   CHECK(c.at("largest_eigenvalue").get<double>() == Approx(expected).epsilon(0.05));  // known to 2e-2, it says
   CHECK(c.at("eigenvalue_error").get<double>() < 0.1 * expected);  // four times what extrapolation changes
 }
+
+TEST_CASE("certificate: a minimum on a kink of psi is told as that") {
+  // |x| + v^2 with x and v at the end by a push a + b t: least where both are 0, of slopes of either sign.
+  const WorkingDirectory here;
+  write_text(here / "k.toml", R"toml([point.P]
+x_m = 0
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 1
+[force.f]
+point = "P"
+formula_x_N = "a + b*t"
+a = -0.45
+b = 0.45
+[start]
+given = ["P.x", "P.y"]
+[output.c]
+formula = "abs(P.x) + P.x_dot^2"
+unit = "1"
+[[cost.terminal]]
+kind = "value"
+output = "c"
+[parameter.a]
+number = "force.f.a"
+scale = 1
+[parameter.b]
+number = "force.f.b"
+scale = 1
+[run]
+t_end_s = 2
+rtol = 1e-9
+parameters = ["a", "b"]
+)toml");
+  const Json j = costate_json({"optimize", "k.toml", "--no-files"}, here.path());
+  INFO(verdict_of(j));
+  CHECK(j.at("psi").get<double>() < 1e-4);
+  CHECK_THAT(verdict_of(j), Contains("kink") && !Contains("another motion"));
+}

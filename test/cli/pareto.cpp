@@ -137,6 +137,28 @@ TEST_CASE("pareto: what has no front says so") {
   CHECK_THAT(j.at("notes").at(0).get<std::string>(), Contains("nothing to trade"));
 }
 
+TEST_CASE("pareto: ends of squares, whose least is zero") {
+  const WorkingDirectory here;
+  const auto front = [&](const std::string& near, const std::string& far) {
+    return costate_json({"pareto", kTwoGoals, "--no-files", "--points", "5", "--set",
+                         "output.near.formula=\"" + near + "\"", "--set", "output.far.formula=\"" + far + "\""},
+                        here.path());
+  };
+  // A psi that falls to zero, by its square in each step, is no search that goes on.
+  const Json j = front("(P.x - 1)^2 + 0*P.y", "(P.x + 1)^2 + P.y^2");
+  CHECK(j.at("points").size() == 5);
+  for (const Json& p : j.at("points")) {
+    INFO(p.dump());
+    CHECK(p.at("converged") == true);
+    CHECK(p.at("evaluations").get<int>() < 60);
+  }
+  // Both are least at the origin, the second one there alone.
+  const Json one = front("P.x^2 + 0*P.y", "3 + 2*P.x^2 + P.y^2");
+  INFO(one.at("notes").dump());
+  for (const Json& note : one.at("notes"))
+    CHECK(note.get<std::string>().find("'far' is at its least at many designs") == std::string::npos);
+}
+
 TEST_CASE("pareto: --verbose adds the settings, counters being of single runs") {
   const WorkingDirectory here;
   const Outcome o = run_costate({"pareto", kTwoGoals, "--points", "3", "--verbose", "--no-files"}, here.path());

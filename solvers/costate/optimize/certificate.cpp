@@ -96,10 +96,14 @@ class Certifier {
     if (curvature) compare(H);
     if (!differences_.empty()) {
       result_.kind = Certificate::Kind::none;
-      result_.verdict = fmt::format(
-          "no verdict: the run of the Hessian found another motion than the optimum's: {}. Check "
-          "both with 'costate check', a smaller rtol or another formulation.",
-          fmt::join(differences_, "; "));
+      const std::string what = fmt::format("{}", fmt::join(differences_, "; "));
+      result_.verdict =
+          kinks_ == differences_.size()
+              ? "no verdict: psi has a kink here (abs, max, contacts): of two runs side by side " + what +
+                    ". There are no second derivatives; slopes of both signs meet in a minimum or a maximum, which "
+                    "values beside it tell."
+              : "no verdict: the run of the Hessian found another motion than the optimum's: " + what +
+                    ". Check both with 'costate check', a smaller rtol or another formulation.";
       return result_;
     }
     if (curvature) analyse(H);
@@ -189,10 +193,12 @@ class Certifier {
       const double of_gradient = std::max(kStationary * size, kSame * f.g_first.cwiseAbs().maxCoeff()) + rounding;
       Index worst = 0;
       const double difference = (f.g_run - f.g_hessian).cwiseAbs().maxCoeff(&worst);
-      if (!(difference <= of_gradient))
+      if (!(difference <= of_gradient)) {
+        kinks_ += f.g_run[worst] * f.g_hessian[worst] < 0;
         differences_.push_back(fmt::format("d({})/d({}) is {:.9g} there and {:.9g} here", f.what,
                                            parameter(static_cast<int>(worst)).name, f.g_hessian[worst] / scale_[worst],
                                            f.g_run[worst] / scale_[worst]));
+      }
     }
   }
 
@@ -354,6 +360,7 @@ class Certifier {
   double of_worst_ = 1;  // its multiplier
   std::vector<int> free_;
   std::vector<std::string> differences_;
+  std::size_t kinks_ = 0;  // of them: slopes of both signs, of one psi
   Certificate result_;
 };
 

@@ -110,6 +110,7 @@ class Run {
     // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
     // L-BFGS from it.
     opt.set_ftol_rel(options_.relative_tolerance);
+    if (rows == 0) opt.set_ftol_abs(kNothingOfStart * std::abs(result_.evaluations.front().psi / units_.psi));
     if (options_.stop_value && !tolerance_.adapting() && rows == 0) opt.set_stopval(*options_.stop_value / units_.psi);
     if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
     double psi = 0;

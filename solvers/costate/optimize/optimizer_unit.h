@@ -8,6 +8,9 @@
 
 namespace costate {
 
+/// Of psi where a search begins: it goes on for no less, of a psi that falls to zero.
+inline constexpr double kNothingOfStart = 1e-16;
+
 /// Powers of ten near the larger of a value and its largest derivative in scaled parameters; 1 where that is between
 /// 1e-3 and 1e3, or nothing.
 struct OptimizerUnits {

@@ -126,7 +126,8 @@ class Tracer {
     measure_ranges();
     const std::size_t count = design_.targets.size();
     for (std::size_t g = 0; g < count; ++g) {
-      const double size = std::max(std::abs(front_.ideal[g]), std::abs(front_.nadir[g]));
+      const double size =
+          std::max({std::abs(front_.ideal[g]), std::abs(front_.nadir[g]), std::abs(front_.start.targets[g])});
       if (front_.nadir[g] - front_.ideal[g] > kConflict * design_.rtol() * size) continue;
       front_.notes.push_back(
           fmt::format("'{}' is at its least where the others are, too: there is nothing to trade against it.",

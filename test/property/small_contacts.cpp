@@ -163,6 +163,34 @@ output = "b.x"
                      0.9 * u.time);
 }
 
+/// A body that lands on one of two corners first, by a hundredth of a length.
+std::string two_corners(const Units& u) {
+  const auto corner = [&](const char* name, double x) {
+    return fmt::format(
+        "[point.{0}]\non = \"b\"\nx_m = {1}\ny_m = 0\n[contact.{0}]\npoint = \"{0}\"\nground_height_m = 0\nkind = "
+        "\"rigid\"\nrestitution = 0.4\nclosing_speed_m_per_s = {2}\nfriction = \"none\"\n",
+        name, x * u.length, 1e-3 * u.length / u.time);
+  };
+  return fmt::format(R"toml([gravity]
+y_m_per_s2 = {}
+[body.b]
+x_m = 0
+y_m = {}
+angle_rad = 0.01
+mass_kg = {}
+inertia_kg_m2 = {}
+{}{}[start]
+given = ["b.x", "b.y", "b.angle"]
+[run]
+t_end_s = {}
+[[cost.terminal]]
+kind = "value"
+output = "b.y"
+)toml",
+                     -kGravity * u.length / (u.time * u.time), 0.5 * u.length, u.mass,
+                     0.1 * u.mass * u.length * u.length, corner("l", -0.5), corner("r", 0.5), 0.36 * u.time);
+}
+
 /// A parameter, its value in units and its unit.
 struct InUnits {
   const char* name;
@@ -215,4 +243,11 @@ TEST_CASE("small contacts: a pendulum whose tip bounces and slides is the same i
       pendulum, {{"bar.a.mass_kg", 1.1, [](const Units& u) { return u.mass; }},
                  {"couple.c.k", 9, [](const Units& u) { return u.mass * u.length * u.length / (u.time * u.time); }},
                  {"couple.c.c", -0.5, [](const Units&) { return 1.0; }}});
+}
+
+// In 1e-8 of a second a corner of millimetres and microseconds covers three hundredths of a length: taken as one, the
+// two impacts were another motion.
+TEST_CASE("small contacts: corners that land one after the other do so in all units") {
+  check_in_all_units(two_corners, {{"body.b.angle_rad", 0.01, [](const Units&) { return 1.0; }},
+                                   {"body.b.y_m", 0.5, [](const Units& u) { return u.length; }}});
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "costate/assembly/gathered_state.h"
+#include "costate/base/golden_section.h"
 #include "costate/element/gap_element.h"
 #include "costate/element/path_function.h"
 #include "costate/objective/formula_output.h"
@@ -13,10 +14,13 @@
 namespace costate {
 
 namespace {
-// Looks within a step where an argument that comes back could have been beyond the place: where it is nearer to it, at
-// one of the ends, than this many times what it moves.
-constexpr int kBendLooks = 3;
+// More looks at a step where an argument that comes back could have been beyond the place: where it is nearer to it, at
+// the ends or in the middle, than this many times what it moves between these.
 constexpr double kBendNear = 4;
+// And where by the parabola through three looks it comes back within this part of what it moves: so many divisions of
+// the golden section.
+constexpr double kGrazes = 0.1;
+constexpr int kTurnings = 24;
 // Halvings at most.
 constexpr int kBendHalvings = 60;
 // Of the way to a place, what one step takes.
@@ -117,13 +121,7 @@ std::optional<double> BendWatch::within(double from, double to, const GapTrace::
 
 // Another place may be passed before this one: whoever ends a step here looks again.
 double BendWatch::passage(std::size_t place, double left, double right, double resolution, const GapTrace::States& at) {
-  const Source& source = *std::prev(std::upper_bound(
-      sources_.begin(), sources_.end(), place, [](std::size_t i, const Source& other) { return i < other.first; }));
-  const auto beyond = [&](double t) {
-    own_.clear();
-    source.add(at(t), own_);
-    return is_beyond(own_[place - source.first]);
-  };
+  const auto beyond = [&](double t) { return is_beyond(look_again(place, t, at)); };
   const bool side = beyond(left);
   for (int k = 0; k < kBendHalvings && right - left > resolution; ++k) {
     const double t = left + 0.5 * (right - left);
@@ -140,33 +138,60 @@ void BendWatch::look(const StateView& s, std::vector<double>& beyond) {
   }
 }
 
+double BendWatch::look_again(std::size_t place, double t, const GapTrace::States& at) {
+  const Source& source = *std::prev(std::upper_bound(
+      sources_.begin(), sources_.end(), place, [](std::size_t i, const Source& other) { return i < other.first; }));
+  own_.clear();
+  source.add(at(t), own_);
+  return own_[place - source.first];
+}
+
+// By the parabola through the three, which tells whether it is worth while to look.
+std::optional<double> BendWatch::beyond_turn(std::size_t place, double left, double part, const double* looks,
+                                             double least, const GapTrace::States& at) {
+  const double slope = 0.5 * (looks[2] - looks[0]), curvature = looks[0] - 2 * looks[1] + looks[2],
+               side = is_beyond(looks[1]) ? 1 : -1;
+  if (!(side * curvature > 0) || !(std::abs(slope) <= std::abs(curvature))) return {};
+  const double turn = side * (looks[1] - 0.5 * slope * slope / curvature),
+               range = std::max(std::abs(looks[0]), std::abs(looks[2])) - std::max(0.0, turn);
+  if (!(turn < kGrazes * range)) return {};
+  const auto found = [](const GoldenSection& g) { return g.f_low > 0 || g.f_high > 0; };
+  const GoldenSection g = golden_section(
+      left, left + 2 * part, kTurnings, [&](double t) { return -side * look_again(place, t, at); },
+      [&](const GoldenSection& section) { return !found(section); });
+  if (!(g.most() > least)) return {};
+  return g.best();
+}
+
 std::optional<double> BendWatch::first(double from, double to, const GapTrace::States& at) {
-  look(at(from), begin_);
-  look(at(to), end_);
-  largest_.resize(end_.size(), 0);
+  const double part = 0.25 * (to - from);
+  const auto look_at = [&](std::size_t k) { look(at(k == 4 ? to : from + part * double(k)), looks_[k]); };
+  for (const std::size_t k : {0, 2, 4}) look_at(k);
+  const std::size_t count = looks_[4].size();
+  largest_.resize(count, 0);
   bool near = false;
-  for (std::size_t i = 0; i < end_.size(); ++i) {
-    const double a = std::abs(begin_[i]), b = std::abs(end_[i]);
-    largest_[i] = std::max({largest_[i], a, b});
-    near = near || std::min(a, b) <= kBendNear * std::abs(end_[i] - begin_[i]);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double a = looks_[0][i], b = looks_[2][i], c = looks_[4][i];
+    largest_[i] = std::max({largest_[i], std::abs(a), std::abs(b), std::abs(c)});
+    near = near ||
+           std::min({std::abs(a), std::abs(b), std::abs(c)}) <= kBendNear * std::max(std::abs(b - a), std::abs(c - b));
   }
   if (!near) return {};
-  double last = from;
-  for (int k = 1; k <= kBendLooks + 1; ++k) {
-    const bool whole = k > kBendLooks;
-    const double now = whole ? to : from + (to - from) * k / (kBendLooks + 1);
-    if (whole)
-      now_ = end_;
-    else
-      look(at(now), now_);
-    for (std::size_t i = 0; i < end_.size(); ++i) {
-      const double size = std::max(std::abs(begin_[i]), std::abs(now_[i]));
-      if (is_beyond(begin_[i]) != is_beyond(now_[i]) && size > kBendCounts * (atol_ + rtol_ * largest_[i]))
-        return passage(i, last, now, kResolved * (to - from), at);
+  for (const std::size_t k : {1, 3}) look_at(k);
+  const auto least = [&](std::size_t i) { return kBendCounts * (atol_ + rtol_ * largest_[i]); };
+  const auto time = [&](std::size_t k) { return k == 4 ? to : from + part * double(k); };
+  for (std::size_t k = 1; k < 5; ++k)
+    for (std::size_t i = 0; i < count; ++i) {
+      const double before = looks_[0][i], now = looks_[k][i];
+      if (is_beyond(before) != is_beyond(now) && std::max(std::abs(before), std::abs(now)) > least(i))
+        return passage(i, time(k - 1), time(k), kResolved * (to - from), at);
     }
-    last = now;
-    begin_.swap(now_);
-  }
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < count; ++i) {
+      const double three[] = {looks_[k][i], looks_[k + 1][i], looks_[k + 2][i]};
+      if (const auto there = beyond_turn(i, time(k), part, three, least(i), at))
+        return passage(i, time(k), *there, kResolved * (to - from), at);
+    }
   return {};
 }
 

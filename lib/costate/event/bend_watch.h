@@ -6,6 +6,7 @@
 // looked at, and the run passes the place with a step so short that its derivative does not count.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -46,13 +47,20 @@ class BendWatch {
   void look(const StateView& s, std::vector<double>& beyond);
   /// When this place is passed between two times at which it is on different sides.
   double passage(std::size_t place, double left, double right, double resolution, const GapTrace::States& at);
+  /// The source of a place, and what it gives for it at a time.
+  double look_again(std::size_t place, double t, const GapTrace::States& at);
+  /// Where an argument that comes back within these three looks, `part` of a step apart, is on the other side; by less
+  /// than that is rounding.
+  std::optional<double> beyond_turn(std::size_t place, double left, double part, const double* looks, double least,
+                                    const GapTrace::States& at);
   void add_laws(Assembly& assembly, const Element& force, const MotionLawElement& owner);
 
   double rtol_, atol_, across_ = 0;
   bool accelerations_ = false;
   std::vector<Source> sources_;
-  // Of each place: the largest so far, two looks, the step's end, and one source's.
-  std::vector<double> largest_, begin_, now_, end_, own_;
+  // Of each place: the largest so far, and one source's.
+  std::vector<double> largest_, own_;
+  std::array<std::vector<double>, 5> looks_;  // over a step, evenly
 };
 
 }  // namespace costate

@@ -11,8 +11,8 @@
 namespace costate {
 
 // What is as near to the ground and approaches it strikes at the same time, in lengths that the speed covers in a
-// second: corners that land flat come apart by what integrators are off by.
-inline constexpr double kSimultaneous = 1e-8;
+// second, and no more than in ten of the mechanism's: corners that land flat come apart by what integrators are off by.
+inline constexpr double kSimultaneous = 1e-8, kOfLengths = 10;
 
 // A gap of this part of the coordinates is none.
 inline constexpr double kGapRounding = 1e-10;
@@ -26,10 +26,12 @@ double contact_number(const Contact& c, int k, const Assembly& assembly) {
   return k < 0 ? 0 : assembly.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
 }
 
-/// The largest of the force's own coordinates, which parts of the coordinates are taken of.
-inline double largest_coordinate(const Force& force, const StateView& s) {
+/// The largest of the force's own coordinates, by their levers (mechanism/length_size.h), which parts of the
+/// coordinates are taken of.
+inline double largest_coordinate(const Force& force, const StateView& s, const std::vector<double>& levers) {
   double largest = 0;
-  for (const int c : force.coordinates()) largest = std::max(largest, std::abs(s.q[c]));
+  for (const int c : force.coordinates())
+    largest = std::max(largest, levers[static_cast<std::size_t>(c)] * std::abs(s.q[c]));
   return largest;
 }
 
@@ -62,12 +64,13 @@ inline Taylor2 row_of(const Force& force, const UnilateralForce& contact, int i,
 inline constexpr double kHardlyLeaves = 1e-4;
 
 /// The approach speed of an open contact that strikes together with one that does so at `speed`, else 0; next to
-/// nothing where it is at the ground, and leaves it hardly. Contact: has force and contact.
+/// nothing where it is at the ground, and leaves it hardly. Contact: has force and contact. `length`: the mechanism's.
 template <class Contact>
-double strikes_too(const Contact& c, const StateView& s, const Assembly& assembly, double speed) {
+double strikes_too(const Contact& c, const StateView& s, const Assembly& assembly, double speed, double length) {
   // Not a number where the touch is not looked at.
   const Taylor2 gap = c.contact->guard(0, ContactArguments(*c.force, s, assembly, nullptr)).v;
-  if (!(std::abs(gap.c0) < kSimultaneous * speed) || gap.c1 > kHardlyLeaves * speed) return 0;
+  if (!(std::abs(gap.c0) < kSimultaneous * std::min(speed, kOfLengths * length)) || gap.c1 > kHardlyLeaves * speed)
+    return 0;
   return std::max(-gap.c1, 1e-12 * speed);
 }
 

@@ -58,7 +58,7 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
     if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
       const double along = c.sliding_state < 0 ? 0 : before.z[c.sliding_state];
       in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});
-    } else if (const double approach = strikes_too(c, before, assembly_, speed); approach > 0) {
+    } else if (const double approach = strikes_too(c, before, assembly_, speed, length_); approach > 0) {
       c.largest_approach = std::max(c.largest_approach, approach);
       if (approach > kHardlyLeaves * speed)
         strikes(c, approach);

@@ -45,7 +45,7 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
     strike(event, before);
     for (std::size_t c = 0; c < contacts_.size(); ++c)
       together[c] = contacts_[c].part == contact->part &&
-                    strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0)) > 0;
+                    strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0), length_) > 0;
     double rate = -impact_->speed_before(0);
     for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + jump_[static_cast<std::size_t>(i)];
     rate += expands_ ? expansion_->speed_after(0) : impact_->speed_after(0);

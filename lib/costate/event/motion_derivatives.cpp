@@ -27,10 +27,10 @@ constexpr double kSameRow = 1e-9;
 /// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
 template <class Contacts, class Contact>
 void require_one_impact(const Contacts& contacts, const Contact* own, const StateView& s, const Assembly& assembly,
-                        double speed) {
+                        double speed, double length) {
   for (const auto& c : contacts) {
     if (&c == own || c.part != own->part || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
-    if (strikes_too(c, s, assembly, speed) > 0)
+    if (strikes_too(c, s, assembly, speed, length) > 0)
       throw SolverError(
           fmt::format("At t = {:.9g} s {} and {} strike at the same time: a gradient does not exist there, as which "
                       "of them comes first decides. Let one of them be later.",
@@ -126,7 +126,7 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
 void MotionEvents::linearize_impact(int event, const StateView& before, bool columns) {
   strike(event, before);
   if (contact_guard(event) == UnilateralForce::Guard::touch)
-    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
+    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0), length_);
   impact_->linearize(columns);
   if (expands_) expansion_->linearize(columns);
 }

@@ -70,7 +70,7 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
   shared_.resize(guards_.size());
   shares_.emplace(assembly, contacts_);
   if (!guards_.empty()) length_ = length_size(mech);
-  for (const auto& q : mech.coordinates()) levers_.push_back(q.unit == "m" ? 1 : length_);
+  levers_ = coordinate_levers(mech, length_);
 }
 
 double MotionEvents::size_of(const Force& force, const StateView& s) const {
@@ -245,7 +245,9 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
       if (after_[i] * direction < 0) {
         if (g.ready) continue;
         // A latch at its place, too.
-        const double none = g.gap ? at_zero : g.contact < 0 ? kRounding * largest_coordinate(*g.force, here) : 0;
+        const double none = g.gap           ? at_zero
+                            : g.contact < 0 ? kRounding * largest_coordinate(*g.force, here, levers_)
+                                            : 0;
         g.ready = -after_[i] * direction > none;
         continue;
       }

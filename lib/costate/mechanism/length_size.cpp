@@ -22,4 +22,10 @@ double length_size(const Mechanism& mechanism) {
   return power_of_ten_above(largest);
 }
 
+std::vector<double> coordinate_levers(const Mechanism& mechanism, double length) {
+  std::vector<double> levers;
+  for (const Coordinate& c : mechanism.coordinates()) levers.push_back(c.unit == "m" ? 1 : length);
+  return levers;
+}
+
 }  // namespace costate

@@ -15,6 +15,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/named_event.h"
 #include "costate/integrator/simulate.h"
+#include "costate/mechanism/length_size.h"
 
 namespace costate {
 
@@ -108,6 +109,7 @@ std::string let_go_at_start(const Problem& problem, const CycleSettings& setting
   assembly.set_parameters(rho.data());
   const Start start = find_start(assembly, problem.solver.t_start, false);
   const StateView s = start.state(problem.solver.t_start);
+  const std::vector<double> levers = coordinate_levers(m, length_size(m));
   std::string let_go;
   bool closed = false;
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
@@ -117,7 +119,8 @@ std::string let_go_at_start(const Problem& problem, const CycleSettings& setting
     const bool is_closed = s.z[m.state_offsets()[f] + contact->closed_state()] > 0.5;
     if (&force == event.force) closed = is_closed;
     if (is_closed || &force == event.force || !let_go.empty()) continue;
-    if (std::abs(row_of(force, *contact, 0, s, assembly, nullptr).c0) < kAtTheGround * largest_coordinate(force, s))
+    if (std::abs(row_of(force, *contact, 0, s, assembly, nullptr).c0) <
+        kAtTheGround * largest_coordinate(force, s, levers))
       let_go = force.path();
   }
   return closed ? let_go : "";

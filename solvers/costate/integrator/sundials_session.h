@@ -85,6 +85,15 @@ class SundialsSession {
   Counters counters() const { return counters_; }
 
  protected:
+  /// t_, within the last step: IDAS takes its fuzz for quadratures off the beginning, instead of adding it, at times
+  /// below zero.
+  double within_last_step() const {
+    constexpr double kFuzz = 128 * std::numeric_limits<double>::epsilon();
+    double end = 0, h = 0;
+    Api::current_time(memory_, &end);
+    Api::last_step(memory_, &h);
+    return std::clamp(t_, std::min(end, end - h + (end < 0 ? kFuzz * (h - end) : 0)), std::max(t_, end));
+  }
   /// Unknowns outside the norm get this absolute tolerance, so that their weight is practically zero.
   static constexpr double kUnweighted = 1e30;
   /// A step that begins where a force or an acceleration jumps may have to become very short.

@@ -40,6 +40,8 @@ constexpr double kOfLooserOverBends = 1.0 / 3, kOfTighterOverBends = 2;
 // Errors of methods of many steps are some 20 to 400 tolerances. Where psi changes by less than this of the looser one,
 // the two are near each other by chance as a rule (one that was off by 1,200 rtol was told as 5 of them).
 constexpr double kHardlyByChance = 1;
+// No estimate is below this part of the tolerance: two runs may have the same steps, and the same errors.
+constexpr double kLeastOfTolerance = 0.01;
 constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
@@ -180,6 +182,7 @@ std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& prob
       widen_error(*result,
                   (falls_by_fits(problem, *result) ? kOfLooserOverBends : kOfLooser) * (values.psi - loose.psi));
       look_beyond_chance(problem, probe.rho(), values, loose.psi, *result);
+      widen_error(*result, kLeastOfTolerance * problem.solver.rtol * std::abs(values.psi));
     }
     return change;
   } catch (const SolverError&) {
@@ -294,8 +297,9 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
     return notice(fmt::format(
         "{} this run's, the motion cannot be followed ({}): how much of it is right is not known.", at, *failure));
   if (result)
-    widen_error(*result,
-                (falls_by_fits(problem, *result) ? kOfTighterOverBends : 1) * (values.psi - better.values.psi));
+    widen_error(*result, std::max((falls_by_fits(problem, *result) ? kOfTighterOverBends : 1) *
+                                      std::abs(values.psi - better.values.psi),
+                                  kLeastOfTolerance * rtol * std::abs(values.psi)));
   const bool tight = rtol < kTightestAtOnce;
   const double claim = tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol);
   const Change change =

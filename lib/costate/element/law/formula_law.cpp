@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "costate/base/error.h"
+#include "costate/base/golden_section.h"
 #include "costate/derivative/rounded.h"
 #include "costate/element/course.h"
 
@@ -183,7 +184,69 @@ void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
       }
     }
   }
-  if (!linear) places.search = true;
+  if (!linear) {
+    places.search = true;
+    add_bend_places(p, places);
+  }
+}
+
+// By looks in which a sine that does not repeat more often than every fourth of them is smooth: of an argument that
+// comes back between two of them the turn, too, which a search for what is narrow may find too small to matter.
+void FormulaLaw::add_bend_places(const double* p, LawPlaces& places) const {
+  constexpr int kLooks = 4096, kDivisions = 40, kHalvings = 60;
+  constexpr std::size_t kMost = 256;  // of more of them the search takes care
+  const double from = places.from, h = (places.to - from) / kLooks;
+  if (!may_bend() || !(h > 0) || !std::isfinite(h)) return;
+  std::vector<double> own;
+  const auto look = [&](double x, std::vector<double>& bends) {
+    bends.clear();
+    try {
+      add_bends(x, p, bends);
+    } catch (const StepError&) {
+      bends.clear();
+    }
+  };
+  const auto at = [&](std::size_t i, double x) {
+    look(x, own);
+    return i < own.size() ? own[i] : std::numeric_limits<double>::quiet_NaN();
+  };
+  std::vector<double> found;
+  const auto add_passage = [&](std::size_t i, double left, double right) {
+    const bool side = at(i, left) >= 0;
+    for (int k = 0; k < kHalvings && left < right; ++k) {
+      const double x = left + 0.5 * (right - left);
+      if (!(x > left && x < right)) break;
+      ((at(i, x) >= 0) == side ? left : right) = x;
+    }
+    found.push_back(right);
+  };
+  std::vector<double> a, b, c;
+  look(from, a);
+  look(from + h, b);
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+    if ((a[i] >= 0) != (b[i] >= 0)) add_passage(i, from, from + h);
+  for (int k = 2; k <= kLooks && found.size() <= kMost; ++k) {
+    const double right = from + k * h, left = right - 2 * h;
+    look(right, c);
+    for (std::size_t i = 0; i < std::min({a.size(), b.size(), c.size()}); ++i) {
+      const bool side = b[i] >= 0;
+      if ((c[i] >= 0) != side) {
+        add_passage(i, right - h, right);
+        continue;
+      }
+      const double sign = side ? -1 : 1;
+      if ((a[i] >= 0) != side || !(sign * b[i] >= sign * a[i] && sign * b[i] > sign * c[i])) continue;
+      const GoldenSection turn = golden_section(
+          left, right, kDivisions, [&](double x) { return sign * at(i, x); },
+          [](const GoldenSection& g) { return !(g.f_low > 0 || g.f_high > 0); });
+      if (!(turn.most() > 0)) continue;
+      add_passage(i, left, turn.best());
+      add_passage(i, turn.best(), right);
+    }
+    a.swap(b);
+    b.swap(c);
+  }
+  if (found.size() <= kMost) places.sharp.insert(places.sharp.end(), found.begin(), found.end());
 }
 
 bool FormulaLaw::may_bend() const {

@@ -93,6 +93,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   }
 
  private:
+  /// Of a formula of its variable alone.
+  void add_bend_places(const double* p, LawPlaces& places) const;
   /// `watch.term` is told what is in each operation that is not linear, `watch.angle` that of what repeats,
   /// `watch.bend` each value whose sign decides, `watch.call` and `watch.map` give what functions do.
   template <class S, class P, class Watch>

@@ -195,6 +195,7 @@ void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
 void FormulaLaw::add_bend_places(const double* p, LawPlaces& places) const {
   constexpr int kLooks = 4096, kDivisions = 40, kHalvings = 60;
   constexpr std::size_t kMost = 256;  // of more of them the search takes care
+  constexpr double kSame = 1e-10;
   const double from = places.from, h = (places.to - from) / kLooks;
   if (!may_bend() || !(h > 0) || !std::isfinite(h)) return;
   std::vector<double> own;
@@ -246,7 +247,12 @@ void FormulaLaw::add_bend_places(const double* p, LawPlaces& places) const {
     a.swap(b);
     b.swap(c);
   }
-  if (found.size() <= kMost) places.sharp.insert(places.sharp.end(), found.begin(), found.end());
+  if (found.size() > kMost) return;
+  // What is known already, of terms linear in x, or of two bends at once, is one.
+  const double same = kSame * (places.to - places.from);
+  for (const double x : found)
+    if (std::none_of(places.sharp.begin(), places.sharp.end(), [&](double y) { return std::abs(x - y) <= same; }))
+      places.sharp.push_back(x);
 }
 
 bool FormulaLaw::may_bend() const {

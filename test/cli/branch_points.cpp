@@ -4,45 +4,20 @@
 #include <cmath>
 
 #include "process.h"
+#include "turning_disk.h"
 
 using costate::test::costate_json;
+using costate::test::turning_disk;
 using costate::test::WorkingDirectory;
 using costate::test::write_text;
 using Json = nlohmann::json;
 
 namespace {
 
-Json branch_of(const std::string& couple, double angle, const std::string& number, const std::string& range) {
+Json branch_of(const std::string& couple, const std::string& angle, const std::string& number,
+               const std::string& range) {
   const WorkingDirectory here;
-  write_text(here / "disk.toml", R"toml([body.d]
-x_m = 0
-y_m = 0
-angle_rad = )toml" + std::to_string(angle) +
-                                     R"toml(
-mass_kg = 1
-inertia_kg_m2 = 1
-[point.axle]
-ground = true
-x_m = 0
-y_m = 0
-[point.c]
-on = "d"
-x_m = 0
-y_m = 0
-[revolute.axle]
-points = ["axle", "c"]
-[couple.k]
-angle = "d"
-)toml" + couple + R"toml(
-[start]
-given = ["d.angle"]
-[run]
-t_end_s = 20
-rtol = 1e-10
-[cycle]
-period_s = 6.283185307179586
-settle = 20
-)toml");
+  write_text(here / "disk.toml", turning_disk(couple, angle, "[cycle]\nperiod_s = 6.283185307179586\nsettle = 20\n"));
   return costate_json({"cycle", "disk.toml", "--no-files", "--parameters", number, "--continue", number + "=" + range},
                       here.path())
       .at("bifurcations");
@@ -60,8 +35,8 @@ Json of_kind(const Json& all, const std::string& kind) {
 // A symmetric Duffing oscillator. Over half a period with x -> -x its symmetric cycle is regular there, and the branch
 // point a flip of that map: by scipy (Dormand and Prince of order 8, rtol 1e-12) 2.7157985.
 TEST_CASE("branch points: the symmetric cycle of Duffing's oscillator loses its symmetry") {
-  const Json found = of_kind(branch_of("formula = \"-d.angle - d.angle^3 - 0.2*d.angle_dot + a*cos(t)\"\na = 2.2", 0.1,
-                                       "couple.k.a", "2..3.2"),
+  const Json found = of_kind(branch_of("formula = \"-d.angle - d.angle^3 - 0.2*d.angle_dot + a*cos(t)\"\na = 2.2",
+                                       "0.1", "couple.k.a", "2..3.2"),
                              "branch point");
   REQUIRE(found.size() >= 1);
   const double error = found[0].at("parameter_error").get<double>();
@@ -73,7 +48,7 @@ TEST_CASE("branch points: the symmetric cycle of Duffing's oscillator loses its 
 // bisection of the monodromy by scipy) either way: the branch goes down to it and up again on its mirror image.
 TEST_CASE("branch points: a branch turns round where it touches rest") {
   const Json found =
-      of_kind(branch_of("formula = \"-(1.05 + e*cos(2*t))*d.angle - 0.1*d.angle_dot - 0.5*d.angle^3\"\ne = 0.4", 0.5,
+      of_kind(branch_of("formula = \"-(1.05 + e*cos(2*t))*d.angle - 0.1*d.angle_dot - 0.5*d.angle^3\"\ne = 0.4", "0.5",
                         "couple.k.e", "0.1..0.5"),
               "branch point");
   REQUIRE(found.size() == 1);

@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 
 #include "process.h"
+#include "turning_disk.h"
 
 using Catch::Contains;
 using costate::test::Outcome;
 using costate::test::run_costate;
+using costate::test::turning_disk;
 using costate::test::WorkingDirectory;
 using costate::test::write_text;
 
@@ -13,31 +15,7 @@ namespace {
 
 Outcome cycle_of(const std::string& couple, const std::string& more) {
   const WorkingDirectory here;
-  write_text(here / "disk.toml", R"toml([body.d]
-x_m = 0
-y_m = 0
-angle_rad = 0.1
-mass_kg = 1
-inertia_kg_m2 = 1
-[point.axle]
-ground = true
-x_m = 0
-y_m = 0
-[point.c]
-on = "d"
-x_m = 0
-y_m = 0
-[revolute.axle]
-points = ["axle", "c"]
-[couple.k]
-angle = "d"
-formula = ")toml" + couple + R"toml("
-[start]
-given = ["d.angle"]
-[run]
-t_end_s = 20
-rtol = 1e-10
-)toml" + more);
+  write_text(here / "disk.toml", turning_disk("formula = \"" + couple + "\"", "0.1", more));
   return run_costate({"cycle", "disk.toml", "--no-files"}, here.path());
 }
 

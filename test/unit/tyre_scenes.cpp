@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/scene/scene.h"
 #include "support/paths.h"
 #include "tyre_wheel.h"
@@ -177,4 +178,24 @@ TEST_CASE("tyre: mistakes are named with their place") {
       complaint("{ kind = \"iso8608\", class = \"B\" }",
                 "{ kind = \"bump\", height_m = 0.1, length_m = 2, count = 3, spacing_m = 1 }"),
       Contains("'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
+}
+
+TEST_CASE("tyre: a road whose sines leave the long waves of its band out says so") {
+  // sqrt(0.01 G0 (1/0.001 - 1/100)) is 7.2 times what 400 even sines have, the longest of them one of 8 m.
+  const auto said = [](const std::string& law) {
+    take_notices();
+    Scene::parse("[road.r]\nkind = \"profile\"\nlaw = " + law +
+                     "\n[point.P]\nx_m = 0\ny_m = 0\n[mass.m]\npoint = "
+                     "\"P\"\nmass_kg = 1\n[start]\ngiven = [\"P.x\", \"P.y\"]\n[run]\nt_end_s = 1\n",
+                 "road.toml")
+        .mechanism();
+    std::string all;
+    for (const std::string& n : take_notices()) all += n;
+    return all;
+  };
+  CHECK(said("{ kind = \"iso8608\", class = \"B\" }").empty());
+  CHECK(said("{ kind = \"noise\", roughness_m3 = 1e-6, exponent = 0, n_min_1_per_m = 1, n_max_1_per_m = 2, count = 5 }")
+            .empty());
+  const std::string wide = said("{ kind = \"iso8608\", class = \"B\", n_min_1_per_m = 0.001, n_max_1_per_m = 100 }");
+  CHECK_THAT(wide, Contains("road.r") && Contains("0.0195 of the variance"));
 }

@@ -196,6 +196,10 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
 
 }  // namespace
 
+const char* what_grows(const GradientResult& r) {
+  return r.counters.backward_steps > 0 ? "The motion, or the way back along it," : "The motion";
+}
+
 double size_of_psi(const Problem& problem, const GradientResult& r) {
   return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
 }
@@ -320,16 +324,17 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   // The looser of two may be the nearer one by chance: all of the last change may be left.
   know(asked, tight, result, std::min(1.0, decades(repeated ? HUGE_VAL : first.relative, still.relative) - 1));
   if (std::isfinite(first.relative)) know(asked, tight, loose, kAsARule);
+  const char* who = what_grows(tight);
   if (left > kKnown * rtol)
     notice(
-        fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The "
+        fmt::format("{} makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The "
                     "result is that of the latter; a smaller rtol tells how many of its digits are right.",
-                    rtol, rtol * tighter, still.what, tight.psi));
+                    who, rtol, rtol * tighter, still.what, tight.psi));
   else if (erratic)
     notice(
-        fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The result "
+        fmt::format("{} makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The result "
                     "is that of {:g}; a smaller rtol tells how many of its digits are right.",
-                    rtol * kLooser, rtol, first.what, tight.psi, rtol * tighter));
+                    who, rtol * kLooser, rtol, first.what, tight.psi, rtol * tighter));
   return tight;
 }
 

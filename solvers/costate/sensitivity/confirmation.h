@@ -29,6 +29,9 @@ struct Looks {
 GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, Looks looks = {},
                          bool* sensitive = nullptr);
 
+/// What may make much of small errors: the motion, or of a gradient by an adjoint the way back along it.
+const char* what_grows(const GradientResult& result);
+
 /// What counts as psi's size: itself, or a millionth of its largest scaled derivative.
 double size_of_psi(const Problem& problem, const GradientResult& result);
 

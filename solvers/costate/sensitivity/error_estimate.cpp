@@ -154,18 +154,18 @@ double pull_of_parameters(const Problem& problem, const std::vector<double>& rho
 
 /// Where a tenth of the tolerance changes so much, errors do not fall as it does, and two tighter runs tell as little
 /// as one: a chaotic motion's may be near each other by chance.
-void tell_if_sensitive(const Problem& problem, double psi, const std::vector<double>& gradient,
-                       const ErrorEstimate& e) {
+void tell_if_sensitive(const Problem& problem, const GradientResult& r, const ErrorEstimate& e) {
   const double zero = negligible_cost(problem), rtol = problem.solver.rtol,
-               size = gradient.empty() ? 0 : gradient_size(problem.parameters, psi, gradient);
-  const double of_psi = e.psi > zero ? e.psi / std::max(std::abs(psi), std::numeric_limits<double>::min()) : 0,
+               size = r.gradient.empty() ? 0 : gradient_size(problem.parameters, r.psi, r.gradient);
+  const double of_psi = e.psi > zero ? e.psi / std::max(std::abs(r.psi), std::numeric_limits<double>::min()) : 0,
                of_gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / size : 0;
   // As for runs whose error nobody asks for: 1e4 rtol, a tenth at most.
   if (!(std::max(of_psi, of_gradient) > std::min(0.1, 1e4 * rtol))) return;
   notice(fmt::format(
-      "The motion makes much of small errors: from rtol {:g} to {:g} or less {} changes by {:.1g} of it. Estimates of "
+      "{} makes much of small errors: from rtol {:g} to {:g} or less {} changes by {:.1g} of it. Estimates of "
       "errors that large do not bound them; a smaller rtol, or another method, tells how many digits are right.",
-      rtol, kFirst * rtol, of_psi >= of_gradient ? "psi" : "the gradient", std::max(of_psi, of_gradient)));
+      of_psi >= of_gradient ? "The motion" : what_grows(r), rtol, kFirst * rtol,
+      of_psi >= of_gradient ? "psi" : "the gradient", std::max(of_psi, of_gradient)));
 }
 
 // Of a row's error, parts of its own length, what psi and a gradient change by at most as a rule, in parts of theirs;
@@ -308,7 +308,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
   const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
   ErrorEstimate e = farthest_of_better(problem, result, fixed, run);
-  if (!fixed) tell_if_sensitive(problem, result.psi, {}, e);
+  if (!fixed) tell_if_sensitive(problem, GradientResult(result), e);
   add_least(problem, result, fixed, e);
   add_softness(problem, result, e, run);
   return e;
@@ -319,7 +319,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
   ErrorEstimate e = farthest_of_better(problem, result, fixed, run);
-  if (!fixed) tell_if_sensitive(problem, result.psi, result.gradient, e);
+  if (!fixed) tell_if_sensitive(problem, result, e);
   add_least(problem, result, fixed, e);
   for (std::size_t j = 0; j < e.gradient.size() && !fixed; ++j)
     e.gradient[j] = std::max(e.gradient[j], kLeastError * problem.solver.rtol * std::abs(result.gradient[j]));

@@ -204,7 +204,7 @@ class StudyCommand {
       j.state = StudyJob::State::kept;
       return;
     }
-    j.resume = (left == StudyJob::Left::begun || left == StudyJob::Left::failed) && j.run.task == "optimize";
+    j.resume = left != StudyJob::Left::nothing && j.run.task == "optimize";
     j.error.clear();
     fs::create_directories(j.directory);
     fs::remove(j.summary());

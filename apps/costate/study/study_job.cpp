@@ -57,7 +57,7 @@ StudyJob::Left StudyJob::find_earlier() {
 
 void StudyJob::note(bool finished) const {
   Json j = definition();
-  if (finished && error.empty()) j["summary"] = file_digest(summary().string());
+  if (finished) j["summary"] = file_digest(summary().string());
   if (!error.empty()) j["failed"] = error;
   write_file_atomically(directory / "study_run.json", json_text(j) + "\n");
 }

@@ -24,6 +24,18 @@ constexpr double kAside[] = {0.5, 0.4, 0.6, 0.25, 0.75, 0.1, 0.9};
 // left is no more than this many times what changes.
 constexpr double kFurther = 0.01, kOtherTolerances[] = {0.1, 10}, kOfChange = 2;
 
+/// With the multiplier that is the nearest to where it crosses.
+template <class Critical>
+Bifurcation bifurcation_at(const BranchPoint& point, BifurcationKind kind, const Critical& critical) {
+  Bifurcation f;
+  f.kind = kind;
+  f.at = point;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& m : point.multipliers)
+    if (critical(m) < nearest) nearest = critical(m), f.multiplier = m;
+  return f;
+}
+
 }  // namespace
 
 OutsideCircle OutsideCircle::of(const std::vector<std::complex<double>>& multipliers, double radius) {
@@ -113,19 +125,16 @@ double BranchFollower::error_of_crossing(const Node& found, const std::complex<d
 void BranchFollower::look_for_turn(const Node& a, const Node& b, double step, std::vector<Bifurcation>& found) {
   const auto [near_node, far_node] =
       locate(a, b, step, [&](const Node& at) { return at.tangent[k_] * b.tangent[k_] > 0; });
-  Bifurcation f;
-  f.kind = BifurcationKind::branch_point;
-  f.at = far_node.point;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& m : f.at.multipliers)
-    if (std::abs(m - 1.0) < nearest) nearest = std::abs(m - 1.0), f.multiplier = m;
+  Bifurcation f =
+      bifurcation_at(far_node.point, BifurcationKind::branch_point, [](const auto& m) { return std::abs(m - 1.0); });
   // The parameter itself has no slope there.
   f.parameter_error = std::max(std::abs(far_node.point.parameter - near_node.point.parameter),
                                kBranchRuns * problem_.solver.rtol * std::abs(f.at.parameter));
   MatrixXd A;
   for (const double part : kOtherTolerances) try {
-      if (const std::optional<Node> other = solved_anew(far_node, part, A))
-        f.parameter_error = std::max(f.parameter_error, kOfChange * std::abs(other->point.parameter - f.at.parameter));
+      const std::optional<Node> other = solved_anew(far_node, part, A);
+      if (!other) continue;
+      f.parameter_error = std::max(f.parameter_error, kOfChange * std::abs(other->point.parameter - f.at.parameter));
       break;
     } catch (const SolverError&) {
     }
@@ -142,12 +151,7 @@ void BranchFollower::look_for_bifurcations(const Node& a, const Node& b, double 
       return (in_step ? strictly(at) : count(OutsideCircle::of(at.point, x))) != before;
     };
     const auto [near_node, far_node] = locate(a, b, step, crossed);
-    Bifurcation f;
-    f.kind = kind;
-    f.at = far_node.point;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& m : f.at.multipliers)
-      if (critical(m) < nearest) nearest = critical(m), f.multiplier = m;
+    Bifurcation f = bifurcation_at(far_node.point, kind, critical);
     // Besides, runs are known to some tolerances.
     f.parameter_error = std::max({0.5 * std::abs(far_node.point.parameter - near_node.point.parameter),
                                   kBranchRuns * problem_.solver.rtol * std::abs(f.at.parameter),
@@ -155,11 +159,12 @@ void BranchFollower::look_for_bifurcations(const Node& a, const Node& b, double 
     if (kind == BifurcationKind::fold && a.tangent[k_] * b.tangent[k_] > 0) f.kind = BifurcationKind::branch_point;
     found.push_back(std::move(f));
   };
-  if (x.above == y.above && a.tangent[k_] * b.tangent[k_] < 0) look_for_turn(a, b, step, found);
   if (x.above != y.above)
     add(
         BifurcationKind::fold, [](const OutsideCircle& o) { return o.above; },
         [](const std::complex<double>& m) { return std::abs(m - 1.0); });
+  else if (a.tangent[k_] * b.tangent[k_] < 0)
+    look_for_turn(a, b, step, found);
   if (x.below != y.below)
     add(
         BifurcationKind::flip, [](const OutsideCircle& o) { return o.below; },

@@ -228,11 +228,11 @@ void ReturnMap::require_same_later(const Eigen::VectorXd& x, const std::vector<d
                                    const MapValue& value) const {
   // Forces may depend on time at the places alone to which the motion comes.
   const auto period = section_.settings().period_s;
-  // Angles that a driver has turned stand further on.
   const double by = period ? *period : 0.4391 * value.time;
   ReturnMap later = *this;
   later.problem_.solver.t_start += by;
   later.problem_.solver.t_end += by;
+  // Angles that a driver has turned stand further on after a period.
   const auto from = [&](const MapValue& here) {
     return later.otherwise(x, period ? value.positions : positions, here, Eigen::VectorXd::Zero(x.size()));
   };

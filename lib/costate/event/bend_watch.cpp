@@ -29,6 +29,8 @@ constexpr double kApproach = 0.9;
 constexpr double kAcross = 1e-6, kBendInstant = 16 * std::numeric_limits<double>::epsilon();
 // Of a step: a bend that is as near to one of its ends takes no part in it.
 constexpr double kAtEnds = 1e-4;
+// Of one step, at most.
+constexpr int kMostPassages = 64;
 // Of the tolerances: a smaller argument is zero.
 constexpr double kBendCounts = 0.1;
 
@@ -164,6 +166,28 @@ std::optional<double> BendWatch::beyond_turn(std::size_t place, double left, dou
 }
 
 std::optional<double> BendWatch::first(double from, double to, const GapTrace::States& at) {
+  const auto passage = any_passage(from, to, at);
+  return passage ? std::optional(passage->t) : std::nullopt;
+}
+
+void BendWatch::each_passage(double from, double to, const GapTrace::States& at,
+                             const std::function<void(const Passage&)>& met) {
+  const double resolution = 2 * kResolved * (to - from);
+  double begin = from;
+  for (int k = 0; k < kMostPassages; ++k) {
+    auto next = any_passage(begin, to, at);
+    if (!next) return;
+    for (int earlier = 0; earlier < kMostPassages && next->t - resolution > begin; ++earlier) {
+      const auto before = any_passage(begin, next->t - resolution, at);
+      if (!before) break;
+      next = before;
+    }
+    met(*next);
+    begin = next->t;
+  }
+}
+
+std::optional<BendWatch::Passage> BendWatch::any_passage(double from, double to, const GapTrace::States& at) {
   const double part = 0.25 * (to - from);
   const auto look_at = [&](std::size_t k) { look(at(k == 4 ? to : from + part * double(k)), looks_[k]); };
   for (const std::size_t k : {0, 2, 4}) look_at(k);
@@ -184,13 +208,13 @@ std::optional<double> BendWatch::first(double from, double to, const GapTrace::S
     for (std::size_t i = 0; i < count; ++i) {
       const double before = looks_[0][i], now = looks_[k][i];
       if (is_beyond(before) != is_beyond(now) && std::max(std::abs(before), std::abs(now)) > least(i))
-        return passage(i, time(k - 1), time(k), kResolved * (to - from), at);
+        return Passage{i, passage(i, time(k - 1), time(k), kResolved * (to - from), at), is_beyond(now)};
     }
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < count; ++i) {
       const double three[] = {looks_[k][i], looks_[k + 1][i], looks_[k + 2][i]};
       if (const auto there = beyond_turn(i, time(k), part, three, least(i), at))
-        return passage(i, time(k), *there, kResolved * (to - from), at);
+        return Passage{i, passage(i, time(k), *there, kResolved * (to - from), at), !is_beyond(three[1])};
     }
   return {};
 }

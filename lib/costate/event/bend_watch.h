@@ -32,8 +32,16 @@ class BendWatch {
   std::optional<double> passed(double from, double to, double length, const GapTrace::States& at);
   /// Of one whose derivative nobody wants: where it is to end instead, at the first place that it passes well within.
   std::optional<double> within(double from, double to, const GapTrace::States& at);
+  struct Passage {
+    std::size_t place;
+    double t;
+    bool beyond;  // from here on
+  };
   /// The first time within a step at which a place is passed: just behind it, and before it by a billionth of the step.
   std::optional<double> first(double from, double to, const GapTrace::States& at);
+  /// Calls met(passage) for each of them, in order.
+  void each_passage(double from, double to, const GapTrace::States& at,
+                    const std::function<void(const Passage& passage)>& met);
   static constexpr double kResolved = 1e-9;
   /// Whether a step of this length may lead across a place.
   bool across(double h) const { return h <= 1.01 * across_; }
@@ -45,6 +53,8 @@ class BendWatch {
     std::size_t first = 0;  // of its places among all
   };
   void look(const StateView& s, std::vector<double>& beyond);
+  /// One of a step; others may come before it.
+  std::optional<Passage> any_passage(double from, double to, const GapTrace::States& at);
   /// When this place is passed between two times at which it is on different sides.
   double passage(std::size_t place, double left, double right, double resolution, const GapTrace::States& at);
   /// The source of a place, and what it gives for it at a time.

@@ -25,7 +25,11 @@ constexpr int kForceLooks = 4;
 }  // namespace
 
 TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
-    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves) {
+    : assembly_(assembly),
+      objective_(objective),
+      rtol_(rtol),
+      atol_(atol),
+      paths_(assembly, objective, rtol, atol, leaves) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];
@@ -91,8 +95,19 @@ void TouchWatch::look_for_rest(Gap& g, const StateView& last) {
   g.at_rest = {last.t, g.rest->way(last.q), g.rest->speed(last.v)};
 }
 
+void TouchWatch::record_bends() {
+  bends_.emplace(assembly_, objective_, rtol_, atol_);
+  if (bends_->empty()) bends_.reset();
+}
+
 std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {
   if (!(from < to)) return {};
+  const auto first = look_for_touches(from, to, at);
+  if (const double until = first ? first->from : to; bends_ && from < until) bends_->add_step(from, until, at);
+  return first;
+}
+
+std::optional<TouchLook> TouchWatch::look_for_touches(double from, double to, const GapTrace::States& at) {
   std::optional<TouchLook> first = paths_.look(from, to, at);
   if (gaps_.empty()) return first;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -288,6 +303,7 @@ std::vector<TouchLook> TouchWatch::touches(double t_end) const {
   for (const Gap& g : gaps_)
     if (!std::isnan(g.touches_from)) add(g.touches_from, t_end);
   paths_.add_looks(looks);
+  if (bends_) bends_->add_looks(looks);
   return looks;
 }
 

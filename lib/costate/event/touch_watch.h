@@ -14,6 +14,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/gathered_state.h"
+#include "costate/event/bend_record.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/path_watch.h"
 
@@ -29,7 +30,10 @@ class TouchWatch {
   /// From here on a step that leads into a touch, or out of one, is to end there.
   void end_steps_at_touches() { ends_steps_ = true; }
 
-  bool empty() const { return gaps_.empty() && paths_.empty(); }
+  /// From here on passages of places where forces and running costs bend are kept, for touches().
+  void record_bends();
+
+  bool empty() const { return gaps_.empty() && paths_.empty() && !bends_; }
   /// Whether looks ask for accelerations and multipliers, which the states between a step's ends are to have then.
   bool needs_accelerations() const { return paths_.needs_accelerations(); }
   /// The motion may have jumped since the last look.
@@ -41,8 +45,10 @@ class TouchWatch {
   /// and steps from there on until look.to no longer than look.step.
   std::optional<TouchLook> look(double from, double to, const GapTrace::States& at);
 
-  /// When something touched so far, for runs back along the motion; steps of a part of each.
+  /// When something touched, or passed places, so far, for runs back along the motion; steps of a part of each.
   std::vector<TouchLook> touches(double t_end) const;
+  /// When places were passed.
+  std::vector<double> passages() const { return bends_ ? bends_->passages() : std::vector<double>(); }
   /// How many steps were cut.
   long cuts() const { return cuts_; }
 
@@ -73,6 +79,7 @@ class TouchWatch {
     }
   };
   using Looks = std::vector<GapTrace::Look>;
+  std::optional<TouchLook> look_for_touches(double from, double to, const GapTrace::States& at);
   void add(const Force& force, int first_state, GapTrace trace, bool is_event = false);
   /// Whether the gap stays above zero over a step that ends at `last`, as its force's region of rest tells; `end` is
   /// what it tells of the end.
@@ -88,10 +95,12 @@ class TouchWatch {
   std::optional<TouchLook> first_crossed(double from, double to, const GapTrace::States& at) const;
   void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);
 
-  const Assembly& assembly_;
+  Assembly& assembly_;
+  const Objective& objective_;
   double rtol_, atol_, size_ = 0;
   std::vector<Gap> gaps_;
   PathWatch paths_;
+  std::optional<BendRecord> bends_;
   GatheredState gathered_;
   Looks ends_;
   std::vector<Looks> traces_;  // of this step; empty where the gap stays away from zero

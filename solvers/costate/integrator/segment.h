@@ -53,7 +53,9 @@ struct AdjointState {
 /// back to `to`, that is crossed at once (slow_slip.h).
 struct AdjointStop {
   double t = 0, to = t;
-  const double *y = nullptr, *yp = nullptr;  // the forward state at `to`; yp of DAE systems
+  // The forward state at `to`, yp of DAE systems; null where nothing jumps but the adjoint's rate: there the way back
+  // ends a step and begins anew.
+  const double *y = nullptr, *yp = nullptr;
   /// mu behind it becomes mu before it; the gradient gains the term's own dependence on rho.
   std::function<void(AdjointState& mu, std::vector<double>& gradient)> cross;
 };

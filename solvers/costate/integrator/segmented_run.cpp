@@ -97,6 +97,22 @@ void SegmentedRun<Session, SystemType>::drop_segments() {
   }
 }
 
+namespace {
+/// Between a segment's beginning and its end, among what is there already in descending order of time.
+void add_bends(const std::vector<double>& times, double from, double to, std::vector<AdjointStop>& stops) {
+  const std::size_t others = stops.size();
+  const auto within = [&](double t) {
+    return std::none_of(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others),
+                        [&](const AdjointStop& s) { return s.to <= t && t <= s.t; });
+  };
+  const auto first = std::upper_bound(times.begin(), times.end(), from);
+  for (auto t = std::lower_bound(times.begin(), times.end(), to); t-- > first;)
+    if (within(*t)) stops.push_back({*t, *t, nullptr, nullptr, [](AdjointState&, std::vector<double>&) {}});
+  std::inplace_merge(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others), stops.end(),
+                     [](const AdjointStop& a, const AdjointStop& b) { return a.t > b.t; });
+}
+}  // namespace
+
 template <class Session, class SystemType>
 std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const SampleAdjoint& cross) {
   std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
@@ -120,6 +136,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   // A sample makes it jump.
   if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   const std::shared_ptr<const StepPlan> plan = plan_back();
+  const std::vector<double> bends = touches_->passages();
   auto next = samples_.rbegin();
   std::size_t left = slow_slips(t_) ? slow_->all().size() : 0;  // stretches that are not crossed yet
   const auto stretch_of = [&](std::size_t k) {
@@ -147,6 +164,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
                        }});
     }
     add_stretches_behind(-std::numeric_limits<double>::infinity());
+    add_bends(bends, k > 0 ? links_[k - 1].jump.t : t_start_, k < links_.size() ? links_[k].jump.t : t_, stops);
     sessions_[k]->follow_back(plan);
     sessions_[k]->solve_backward(mu, size, gradient, stops);
     if (again) {

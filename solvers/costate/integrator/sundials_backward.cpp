@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costate/base/error.h"
 #include "costate/integrator/attempts_back.h"
@@ -37,6 +38,7 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
     std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
     std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
     set_tolerances_back(mu, expected, y());
+    kinks_back_ = std::any_of(stop, stops.end(), [](const AdjointStop& s) { return !s.y; });
     open_backward();
     const auto first_stop = stop;
     AttemptsBack attempts(system_.parameters(), options_, np > 0 ? attempts_back() : 1, {mu, gradient});
@@ -47,7 +49,7 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
       try {
         double at = t_;
         for (stop = first_stop; stop != stops.end() && stop->t > start;) {
-          integrate_back(stop->t, way.mu);
+          integrate_to(*stop, way.mu);
           const AdjointStop* last = nullptr;
           do {
             last = &*stop;
@@ -126,6 +128,13 @@ void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const Adj
 }
 
 template <class Api>
+void SundialsSession<Api>::integrate_to(const AdjointStop& stop, AdjointState& mu) {
+  if (!stop.y) kink_back_ = stop.t;
+  integrate_back(stop.t, mu);
+  kink_back_ = -std::numeric_limits<double>::infinity();
+}
+
+template <class Api>
 void SundialsSession<Api>::integrate_back(double to, AdjointState& mu) {
   Backward& b = *back_;
   const int flag = Api::solve_back(memory_, to);
@@ -140,8 +149,14 @@ void SundialsSession<Api>::integrate_back(double to, AdjointState& mu) {
 
 // The adjoint jumps: its integration begins anew, the gradient's integral goes on.
 template <class Api>
-void SundialsSession<Api>::restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected) {
+void SundialsSession<Api>::restart_back(AdjointStop stop, const AdjointState& mu, const AdjointSize& expected) {
   Backward& b = *back_;
+  Vector y(stop.y ? 0 : y_.size(), context_), yp(stop.y ? 0 : yp_.size(), context_);
+  if (!stop.y) {
+    check(Api::state_back(memory_, stop.to, y, yp), "the motion on the way back");
+    stop.y = y.data();
+    stop.yp = yp.data();
+  }
   count_back();
   pace_back_ = {};
   std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
@@ -199,7 +214,7 @@ void SundialsSession<Api>::watch_noise_back(long taken) {
 template <class Api>
 void SundialsSession<Api>::read_checkpoints() {
   checkpoint_times_.clear();
-  if (!plan_back_) return;
+  if (!plan_back_ && !kinks_back_) return;
   std::vector<typename Api::CheckpointRecord> records(static_cast<std::size_t>(counters_.checkpoints) + 1);
   check(Api::checkpoints(memory_, records.data()), "the checkpoints");
   for (const auto& r : records) checkpoint_times_.push_back(r.t0);
@@ -217,12 +232,15 @@ void SundialsSession<Api>::bound_first_step_back(double t, const double* y) {
 
 template <class Api>
 void SundialsSession<Api>::look_back(double t, const double* y) {
-  if (!plan_back_) return;
+  if (!plan_back_ && !kinks_back_) return;
   // At a checkpoint, but for rounding, it has to stop there.
   const double near = 1e-13 * (std::abs(t) + std::abs(t_ - options_.t_start));
   const auto above = std::upper_bound(checkpoint_times_.begin(), checkpoint_times_.end(), t + near);
-  const double floor = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1);
-  const double end = floor >= t - near ? floor : std::max(floor, plan_back_->limit(system_, t, y, true));
+  // Nor beyond a kink.
+  const double start = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1),
+               floor = std::max(start, kink_back_),
+               planned = plan_back_ ? plan_back_->limit(system_, t, y, true) : floor,
+               end = floor >= t - near ? floor : std::max(floor, planned);
   if (Api::implicit) Api::set_max_step(back_->memory, std::max(0.0, options_.max_step_s));
   Api::set_stop_time(back_->memory, end);
 }
@@ -235,8 +253,9 @@ template void SundialsSession<IdaApi>::end_at(const AdjointStop&);
 template void SundialsSession<IdaApi>::open_backward();
 template void SundialsSession<IdaApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<IdaApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
+template void SundialsSession<IdaApi>::integrate_to(const AdjointStop&, AdjointState&);
 template void SundialsSession<IdaApi>::integrate_back(double, AdjointState&);
-template void SundialsSession<IdaApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
+template void SundialsSession<IdaApi>::restart_back(AdjointStop, const AdjointState&, const AdjointSize&);
 template void SundialsSession<IdaApi>::count_back();
 template void SundialsSession<IdaApi>::watch_noise_back(long);
 template void SundialsSession<IdaApi>::read_checkpoints();
@@ -248,8 +267,9 @@ template void SundialsSession<CvodeApi>::end_at(const AdjointStop&);
 template void SundialsSession<CvodeApi>::open_backward();
 template void SundialsSession<CvodeApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<CvodeApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
+template void SundialsSession<CvodeApi>::integrate_to(const AdjointStop&, AdjointState&);
 template void SundialsSession<CvodeApi>::integrate_back(double, AdjointState&);
-template void SundialsSession<CvodeApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
+template void SundialsSession<CvodeApi>::restart_back(AdjointStop, const AdjointState&, const AdjointSize&);
 template void SundialsSession<CvodeApi>::count_back();
 template void SundialsSession<CvodeApi>::watch_noise_back(long);
 template void SundialsSession<CvodeApi>::read_checkpoints();

@@ -221,8 +221,10 @@ class SundialsSession {
   /// The way back begins before this stretch.
   void end_at(const AdjointStop& stop);
   void begin_again_back(const AdjointState& mu, const AdjointSize& expected);
+  /// To a stop; to one where nothing jumps but rates, no step leads beyond it.
+  void integrate_to(const AdjointStop& stop, AdjointState& mu);
   void integrate_back(double to, AdjointState& mu);
-  void restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected);
+  void restart_back(AdjointStop stop, const AdjointState& mu, const AdjointSize& expected);
   void count_back();
   /// After so many steps of the way back: ends it where they are a hundred times those of the motion because their
   /// error test fails again and again.
@@ -237,6 +239,8 @@ class SundialsSession {
   double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
   double place_ = std::numeric_limits<double>::quiet_NaN();                 // the last time that the plan had asked for
   std::vector<double> checkpoint_times_;                                    // ascending
+  bool kinks_back_ = false;                                                 // whether the way back has such stops
+  double kink_back_ = -std::numeric_limits<double>::infinity();             // the next of them
   ForwardState forward_;
   AdjointScale adjoint_scale_;
   StallWatch stall_;

@@ -1,0 +1,41 @@
+#include "costate/event/bend_record.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+namespace {
+constexpr double kBendStepsBack = 4, kAtOnce = 1e-12;
+}
+
+BendRecord::BendRecord(Assembly& assembly, const Objective& objective, double rtol, double atol)
+    : watch_(assembly, objective, rtol, atol, false) {}
+
+void BendRecord::add_step(double from, double to, const GapTrace::States& at) {
+  watch_.each_passage(from, to, at, [&](const BendWatch::Passage& p) {
+    if (met_.size() <= p.place) met_.resize(p.place + 1);
+    std::vector<BendWatch::Passage>& of = met_[p.place];
+    // Seen in a step that was taken anew since.
+    while (!of.empty() && of.back().t >= from) of.pop_back();
+    if (of.empty() || of.back().beyond != p.beyond) of.push_back(p);
+  });
+}
+
+void BendRecord::add_looks(std::vector<TouchLook>& looks) const {
+  for (const auto& of : met_)
+    for (std::size_t k = 1; k < of.size(); ++k)
+      looks.push_back({of[k - 1].t, of[k].t, (of[k].t - of[k - 1].t) / kBendStepsBack});
+}
+
+std::vector<double> BendRecord::passages() const {
+  std::vector<double> times;
+  for (const auto& of : met_)
+    for (const BendWatch::Passage& p : of) times.push_back(p.t);
+  std::sort(times.begin(), times.end());
+  const auto same = [](double a, double b) { return b - a <= kAtOnce * std::abs(b); };
+  times.erase(std::unique(times.begin(), times.end(), same), times.end());
+  return times;
+}
+
+}  // namespace costate

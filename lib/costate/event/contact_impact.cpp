@@ -1,13 +1,12 @@
 // Impacts of rigid contacts (lib/README.md (19)): of all ways that the contacts in play have, open, sticking or
 // sliding, the one in which the ground pushes where they are closed, nothing moves into it where they are open, and
 // friction neither exceeds its limit nor pushes along. Newton's law gives speeds back; Poisson's is two impacts, a
-// compression without restitution and an expansion with the share of its impulses.
+// compression without restitution and an expansion with the share of its impulses. Who takes part, and with which
+// restitution; the ways are gone through in event/impact_ways.cpp.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "costate/base/error.h"
@@ -15,7 +14,6 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
-#include "costate/event/slip_search.h"
 #include "costate/event/spatial_slip.h"
 
 namespace costate {
@@ -25,10 +23,6 @@ namespace {
 constexpr double kDiesOut = 1e-6;
 // So is one that lifts by less than this part of the coordinates: looks at a gap find less of it than kGapRounding.
 constexpr double kUnseenHop = 4 * kGapRounding;
-// And where that is said beside another cause.
-constexpr double kDying = 1e-3;
-// What leaves more slowly than this part of the largest speed so far lifts by less than a touch is seen from.
-constexpr double kHardly = 3e-5;
 // Of the accelerations that forces make: less towards the ground is their rounding.
 constexpr double kPresses = 1e-9;
 }  // namespace
@@ -77,7 +71,7 @@ bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double ap
   const double fall = -row_of(*c.force, *c.contact, 0, before, assembly_, x.data()).c2;
   // What nothing presses leaves for good, however slowly.
   bool dies = fall > kPresses * acceleration_by_forces(before);
-  if (dies && !(approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach)) {
+  if (dies && !(approach < (c.closed_state < 0 ? kDiesOut : kHardlyLifts) * c.largest_approach)) {
     // The next hop, to v^2/(2 a), is not seen.
     const double leaves = number(c, c.contact->restitution_number()) * approach;
     dies = leaves * leaves < 2 * fall * kUnseenHop * size_of(*c.force, before);
@@ -209,192 +203,6 @@ void MotionEvents::strike(int event, const StateView& before) {
     const double along = last.speed_after(c.rows[1]);
     c.contact->slides = std::abs(along) <= kContactRounding * speed ? 0 : along > 0 ? 1 : -1;
   }
-}
-
-void MotionEvents::find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play,
-                            double speed) {
-  std::vector<std::vector<int>> options;  // the way that a contact has now, and then those in which it stays closed
-  for (const InPlay& c : in_play) {
-    std::vector<int> o;
-    const auto slide = [&](int forward, int backward) {
-      if (c.rows.size() > 1) o.push_back(forward);
-      if (c.rows.size() == 2) o.push_back(backward);  // in space it slides along its direction
-    };
-    if (c.given > 0) o = {kGivenSticks};
-    if (c.given > 0) slide(kGivenForward, kGivenBackward);
-    o.push_back(kSticks);
-    slide(kForward, kBackward);
-    if (!(c.given > 0)) o.push_back(kOpen);
-    if (!(c.given > 0) && !is_given(c.way) && c.way != kOpen) {
-      o.erase(std::find(o.begin(), o.end(), c.way));
-      o.insert(o.begin(), c.way);
-    }
-    options.push_back(std::move(o));
-  }
-  // Behind the impact; what rests before it has no speed but drift.
-  const auto speed_after = [&](int i) {
-    return impact.speed_after(i) - (impact.row(i).rests ? impact.speed_before(i) : 0);
-  };
-  double fastest = speed;
-  for (const InPlay& c : in_play)
-    for (const int i : c.rows) fastest = std::max(fastest, std::abs(impact.speed_before(i)));
-  // In space the directions in which contacts may slide are solved for.
-  std::vector<SlidingContact> sliding;
-  Eigen::VectorXd rates(impact.response().rows());
-  for (Eigen::Index i = 0; i < rates.size(); ++i) rates[i] = impact.speed_before(static_cast<int>(i));
-  for (const InPlay& c : in_play) {
-    SlidingContact s;
-    s.rows = c.rows;
-    s.friction = number(*c.contact, c.contact->contact->friction_number());
-    for (std::size_t k = 1; k < c.rows.size(); ++k) s.along[k - 1] = impact.change_of_gap(c.rows[k]);
-    s.given = c.given > 0;
-    s.normal = s.given ? c.given : impact.change_of_gap(c.rows.front());
-    sliding.push_back(s);
-  }
-  std::optional<SlipSearch> search;
-  const auto in_space = std::count_if(sliding.begin(), sliding.end(), [](const auto& c) { return c.rows.size() > 2; });
-  if (in_space > 0) search.emplace(impact.response(), rates, std::move(sliding));
-  if (in_space > kMostInSpace && !search->proven())
-    throw CapabilityError(
-        fmt::format("At t = {:.9g} s {} contacts with friction in space take part in the impact of '{}': more than {} "
-                    "are not gone through, unless their masses tell that there is one solution. Take friction = "
-                    "\"none\" for some, or kind = \"compliant\".",
-                    before.t, in_space, of(event).name, kMostInSpace));
-  const auto slips = [&](const std::vector<int>& ways) -> std::vector<Slips> {
-    if (!search) return {Slips(in_play.size(), Eigen::Vector2d::Zero())};
-    for (std::size_t c = 0; c < in_play.size(); ++c) {
-      const bool given = is_given(ways[c]);
-      search->take(c, ways[c], given, given ? in_play[c].given : impact.change_of_gap(in_play[c].rows.front()));
-    }
-    return search->slips();
-  };
-  const auto rows_of = [&](const std::vector<int>& ways, const Slips& slip) {
-    std::vector<ActiveRow> active;
-    for (std::size_t c = 0; c < in_play.size(); ++c) {
-      if (ways[c] == kOpen) continue;
-      using Law = ActiveRow::Law;
-      const auto& rows = in_play[c].rows;
-      active.push_back(
-          {rows.front(), is_given(ways[c]) ? Law::given : Law::held, 0, is_given(ways[c]) ? in_play[c].given : 0});
-      const int direction = slides(ways[c]);
-      const Law law = direction == 0 ? Law::held : Law::slides;
-      if (rows.size() == 2) active.push_back({rows[1], law, static_cast<double>(direction), 0});
-      if (rows.size() == 3)
-        for (int k = 0; k < 2; ++k)
-          active.push_back({rows[static_cast<std::size_t>(k + 1)], law, slip[c][k], 0, direction == 0 ? 0 : k + 1});
-    }
-    return active;
-  };
-  const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
-    // Of rows that depend on each other impulses are some of many.
-    const auto pushed = [&] {
-      return search && search->has_impulses_for([&](int i) { return impact.speed_after(i); }, kSameMotion * fastest);
-    };
-    double largest = 0;
-    for (const ActiveRow& a : impact.active()) {
-      largest = std::max(largest, std::abs(impact.impulse(a.row)));
-      if (!std::isfinite(impact.impulse(a.row))) return false;
-      // Rows that depend on each other may have no common solution.
-      if (a.law == ActiveRow::Law::held && impact.misses(a.row) > kSameMotion * fastest) return false;
-    }
-    for (std::size_t c = 0; c < in_play.size(); ++c) {
-      const InPlay& at = in_play[c];
-      const int normal = at.rows.front();
-      if (ways[c] == kOpen || is_given(ways[c])) {
-        const double least = is_given(ways[c]) ? 0 : -at.restitution * impact.speed_before(normal);
-        if (speed_after(normal) < least - kContactRounding * fastest) return false;
-        if (ways[c] == kOpen) continue;
-      }
-      if (impact.impulse(normal) < at.given - kContactRounding * largest && !pushed()) return false;
-      if (at.rows.size() < 2) continue;
-      const bool space = at.rows.size() == 3;
-      if (const int direction = slides(ways[c]); direction != 0) {
-        const double along = space ? slip[c][0] * speed_after(at.rows[1]) + slip[c][1] * speed_after(at.rows[2])
-                                   : direction * speed_after(at.rows[1]);
-        if (along < -kContactRounding * fastest) return false;
-      } else if (std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
-                     number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
-                         kContactRounding * largest &&
-                 !pushed()) {
-        return false;
-      }
-    }
-    return true;
-  };
-  std::vector<double> found;
-  std::vector<int> chosen;
-  Slips chosen_slip;
-  std::vector<std::size_t> lifted;
-  const auto names = [&] {
-    std::vector<std::string> list;
-    for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
-    return fmt::format("{}", fmt::join(list, ", "));
-  };
-  const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
-    impact.solve(rows_of(ways, slip));
-    if (!fits(ways, slip)) return;
-    const std::vector<double> u(impact.u(), impact.u() + assembly_.n());
-    if (chosen.empty()) {
-      found = u;
-      chosen = ways;
-      chosen_slip = slip;
-      return;
-    }
-    // What a slow impact may do by less than speeds are told apart is one.
-    if (!are_one_motion(found, u.data(), levers_, kSameMotion * std::max(fastest, fastest_)))
-      throw SolverError(
-          fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
-                      "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",
-                      before.t, of(event).name, names()));
-  };
-  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
-    if (search && search->proven() && !chosen.empty()) return;
-    for (const Slips& slip : slips(ways)) look_at(ways, slip);
-  });
-  if (!few)
-    throw CapabilityError(
-        fmt::format("{} contacts are closed at an impact of '{}': that is more ways than are gone "
-                    "through, {}.",
-                    in_play.size(), of(event).name, kMostWays));
-  if (chosen.empty()) {
-    const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
-    throw CapabilityError(fmt::format(
-        "At t = {:.9g} s the impact of '{}' at {:.3g} m/s has no solution, whether contacts ({}) open, stick or "
-        "slide{}.{}",
-        before.t, of(event).name, speed, names(), search ? search->told() : "",
-        speed < kDying * own.largest_approach
-            ? fmt::format(" It once had {:.3g} m/s: impacts die out, infinitely many of them; end the run before.",
-                          own.largest_approach)
-            : ""));
-  }
-  if (search && !search->proven() && search->starts() > 0)
-    notice(
-        fmt::format("Behind impacts of contacts ({}) several may slide in space at once{}: one motion was found, and "
-                    "that there is no other is not proven.",
-                    names(), search->told()));
-  impact.solve(rows_of(chosen, chosen_slip));
-  // Contacts that strike in turn, ever more slowly, lift each other infinitely many times in finite time. What would
-  // lift too little to be seen stays, as a plastic impact of all of them has it.
-  for (std::size_t c = 0; c < in_play.size(); ++c) {
-    const int normal = in_play[c].rows.front();
-    if (chosen[c] == kOpen && impact.row(normal).rests && speed_after(normal) < kHardly * fastest_) lifted.push_back(c);
-  }
-  for (std::size_t c = 0; c < in_play.size(); ++c)
-    if (std::find(lifted.begin(), lifted.end(), c) == lifted.end()) in_play[c].way = chosen[c];
-  if (lifted.empty()) return;
-  std::vector<ActiveRow> active = rows_of(chosen, chosen_slip);
-  for (const std::size_t c : lifted)
-    for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
-      if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
-  if (const double acceleration = acceleration_by_forces(before); acceleration > 0)
-    for (const std::size_t c : lifted)
-      in_play[c].contact->unseen = {before.t, 2 * std::abs(speed_after(in_play[c].rows.front())) / acceleration};
-  impact.solve(active);
-  const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
-  notice(fmt::format(
-      "At t = {:.9g} s impacts of contacts ({}) die out, infinitely many of them: after the last, at {:.3g} m/s (once "
-      "{:.3g}), they stay closed. It takes {:.3g} J.",
-      before.t, names(), speed, own.largest_approach, impact.energy_lost()));
 }
 
 }  // namespace costate

@@ -1,5 +1,5 @@
 // What a rigid contact does behind an event, and all ways that several contacts have to do it: there are few, and they
-// are gone through (event/contact_impact.cpp, event/contact_modes.cpp).
+// are gone through (event/impact_ways.cpp, event/contact_modes.cpp).
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,9 @@ namespace costate {
 inline constexpr double kContactRounding = 1e-9;
 // Two solutions whose velocities, or accelerations, differ by less are one.
 inline constexpr double kSameMotion = 1e-6;
+// What leaves more slowly than this part of the largest speed so far lifts too little for infinitely many bounces to be
+// followed further.
+inline constexpr double kHardlyLifts = 3e-5;
 // More ways are not gone through.
 inline constexpr std::size_t kMostWays = 1 << 16;
 

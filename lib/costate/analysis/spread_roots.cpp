@@ -27,10 +27,12 @@ using LongComplexMatrix = Eigen::Matrix<LongComplex, Eigen::Dynamic, Eigen::Dyna
 using LongComplexVector = Eigen::Matrix<LongComplex, Eigen::Dynamic, 1>;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kTerms = 8 * kEps;      // rounding of an entry, of its terms
-constexpr double kNull = 200 * kEps;     // of a singular value, of the terms along its vectors
-constexpr double kOneVector = 1e-3;      // y^T x of unit vectors, below which two roots may share theirs
-constexpr double kAccurate = 1e-9;       // a root of the QR iteration that is good to this is left as it is
+constexpr double kTerms = 8 * kEps;   // rounding of an entry, of its terms
+constexpr double kNull = 200 * kEps;  // of a singular value, of the terms along its vectors
+constexpr double kOneVector = 1e-3;   // y^T x of unit vectors, below which two roots may share theirs
+constexpr double kAccurate = 1e-9;    // a root of the QR iteration that is good to this is left as it is
+// Of the largest entry, what a rounded angle leaves of one that acts square to it, twice: the cosine of pi/2, squared.
+constexpr double kSquaredRounding = 100 * kEps * kEps;
 constexpr Eigen::Index kLongLimit = 80;  // rows up to which the QR iteration is done in long numbers
 constexpr int kMostSweeps = 300;
 
@@ -219,8 +221,9 @@ void refine(const MatrixXd& B, std::vector<LongComplex>& x, std::vector<bool> op
   }
 }
 
+/// `nothing`: a smaller root is zero.
 void add_roots(const MatrixXd& A_part, const MatrixXd& terms_part, const std::vector<int>& rows, Eigen::Index n,
-               Roots& out) {
+               double nothing, Roots& out) {
   MatrixXd A = A_part, terms = terms_part;
   const VectorXd scale = balance(A, terms);
   const Deflated d = split_zeros(A, terms);
@@ -255,7 +258,7 @@ void add_roots(const MatrixXd& A_part, const MatrixXd& terms_part, const std::ve
     const double of_two = std::sqrt(moved * B.norm());
     const bool defective = product < kOneVector && of_two < root.error;
     if (defective) root.error = of_two;
-    if (!(root.error < size_x)) {
+    if (!(root.error < size_x) || size_x <= nothing) {
       ++out.zeros;
       continue;
     }
@@ -286,7 +289,8 @@ Roots find_roots(MatrixXd A, const MatrixXd& terms) {
   // What rounding alone may have left couples nothing.
   A = (A.cwiseAbs().array() > kTerms * terms.array()).select(A, 0);
   Roots out;
-  for (const auto& rows : parts_of(A)) add_roots(A(rows, rows), terms(rows, rows), rows, A.rows(), out);
+  const double nothing = A.size() > 0 ? kSquaredRounding * A.cwiseAbs().maxCoeff() : 0;
+  for (const auto& rows : parts_of(A)) add_roots(A(rows, rows), terms(rows, rows), rows, A.rows(), nothing, out);
   return out;
 }
 

@@ -15,6 +15,7 @@
 #include "costate/formulation/law_joins.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/step_plan.h"
+#include "costate/integrator/chatter_watch.h"
 #include "costate/integrator/explicit_stiffness.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/runge_kutta_kinds.h"
@@ -193,6 +194,7 @@ class RungeKuttaRun {
   ExplicitStiffness stiffness_;
   long steps_ = 0, rejected_ = 0, failed_ = 0, jumps_ = 0, polled_ = 0;
   std::size_t jumps_in_a_row_ = 0;
+  ChatterWatch chatter_;
   std::vector<RunEvent> events_;
 };
 

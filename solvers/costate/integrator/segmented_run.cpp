@@ -55,6 +55,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     if (jump.event >= 0)
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                          system_.event_loss(), system_.cost_of_unseen_bounces(start.t, start.y.data())});
+    if (jump.event >= 0) chatter_.look(events_, options_.t_end);
     if (trajectory && jump.event >= 0) keep_met(jump);
     if (slow_) slow_->jump(jump, start.t, start.y.data(), start.yp.empty() ? nullptr : start.yp.data());
     links_.push_back({std::move(jump), start.restart});

@@ -10,6 +10,7 @@
 #include "costate/adjoint/motion_jump.h"
 #include "costate/formulation/smooth_motion.h"
 #include "costate/integrator/adjoint_invariant.h"
+#include "costate/integrator/chatter_watch.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/ida_session.h"
 #include "costate/integrator/slow_stretches.h"
@@ -186,6 +187,7 @@ class SegmentedRun {
   };
   std::vector<Sample> samples_;  // in order of time
   std::vector<RunEvent> events_;
+  ChatterWatch chatter_;
   Counters past_;  // of sessions that are gone
 };
 

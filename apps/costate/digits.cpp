@@ -67,12 +67,12 @@ std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, co
 
 std::optional<double> psi_error_of(std::optional<double> estimate, const std::optional<KnownError>& known) {
   // Whoever knows of the gradient alone knows nothing of psi.
-  if (!known || known->psi == 0) return estimate;
+  if (!known || known->psi == 0 || !(known->all || estimate)) return estimate;
   return std::max(estimate.value_or(0), known->psi);
 }
 
 std::vector<double> gradient_error_of(std::vector<double> errors, const std::optional<KnownError>& known) {
-  if (!known) return errors;
+  if (!known || !(known->all || !errors.empty())) return errors;
   errors.resize(std::max(errors.size(), known->gradient.size()), 0.0);
   for (std::size_t j = 0; j < known->gradient.size(); ++j) errors[j] = std::max(errors[j], known->gradient[j]);
   return errors;
@@ -83,7 +83,7 @@ GradientDigits gradient_digits(const std::vector<double>& gradient, const Parame
                                const std::optional<KnownError>& known) {
   GradientDigits d;
   d.errors = gradient_error_of(errors, known);
-  d.unknown = d.errors;
+  d.unknown = known && errors.empty() ? known->gradient : d.errors;
   if (!errors.empty()) return d;
   const std::vector<double> held = gradient_uncertainty(gradient, parameters, relative);
   bool beyond = false;
@@ -101,7 +101,8 @@ std::string psi_text(double psi, const Precision& precision, std::optional<doubl
   if (estimate || (known && known->psi > uncertainty_of(psi, precision.relative)))
     estimate = psi_error_of(estimate, known);
   if (estimate) return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
-  const std::string shown = fmt::format("psi = {}", known_digits(psi, uncertainty_of(psi, precision.relative)));
+  const std::string shown = fmt::format(
+      "psi = {}", known_digits(psi, std::max(uncertainty_of(psi, precision.relative), known ? known->psi : 0)));
   return precision.note.empty() ? shown : fmt::format("{} ({})", shown, precision.note);
 }
 

@@ -145,7 +145,8 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
     const auto known = [&](std::size_t i) {
       KnownError e = results[i].known_error.value_or(KnownError{});
       e.gradient.resize(results[i].gradient.size(), 0.0);
-      return e;
+      r.known_error->all = r.known_error->all && e.all;
+      return std::pair(e.psi, e.gradient);
     };
     add_up(known, r.known_error->psi, r.known_error->gradient);
   }

@@ -123,6 +123,12 @@ void know(const Problem& problem, GradientResult& result, const GradientResult& 
               gradient);
 }
 
+/// Whatever else is found of its error is not all of it.
+void leave_open(GradientResult& result) {
+  widen_error(result, 0, std::vector<double>(result.gradient.size(), 0.0));
+  result.known_error->all = false;
+}
+
 /// Absolute tolerances such that errors of a psi of that size by them are `aim` of it, where they are more than `least`
 /// of it; false where they are less.
 bool resolve_psi_of(Problem& problem, double size, double least, double aim, double finest) {
@@ -184,6 +190,7 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
         "At rtol {:g}, which would tell what the result at {:g} is worth, this method has none: how many digits are "
         "right is not known. Compare methods (costate check).",
         rtol * by, rtol));
+    leave_open(result);
     return result;
   }
   know(problem, result, tight, falls_by_fits(problem, result) ? kByChanceOverEvents : 1);
@@ -271,7 +278,10 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     tighter = factor;
   }
   if (tighter == 0) {
-    if (std::isfinite(first.relative)) know(asked, result, loose, explained ? surely_less(asked, result) : 1);
+    if (std::isfinite(first.relative))
+      know(asked, result, loose, explained ? surely_less(asked, result) : 1);
+    else
+      leave_open(result);
     say(said);
     if (!std::isfinite(first.relative))
       notice(fmt::format(

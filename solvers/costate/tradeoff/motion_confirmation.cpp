@@ -293,6 +293,7 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
   const bool halved = has_fixed_steps(integrator_of(problem));
   const std::string at = halved ? fmt::format("At steps of {:.3g} s, half of", tighter.solver.step_s)
                                 : fmt::format("At rtol {:g}, a tenth of", tighter.solver.rtol);
+  if (failure && result && result->known_error) result->known_error->all = false;
   if (failure)
     return notice(fmt::format(
         "{} this run's, the motion cannot be followed ({}): how much of it is right is not known.", at, *failure));

@@ -198,7 +198,8 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
   // Another formulation than the scene's may need another method or integrator than the scene's.
   if (formulation_chosen && !integrator_chosen && !carries(f, problem.solver.integrator))
     problem.solver.integrator = "";
-  if (formulation_chosen && !method_chosen && purpose == Purpose::differentiate) method = method_for(f, method);
+  if ((formulation_chosen || !scene.run.method_given) && !method_chosen && purpose == Purpose::differentiate)
+    method = method_for(f, method);
   const std::string& integrator = problem.solver.integrator;
   chosen_by(integrator_chosen || formulation_chosen, integrator_chosen ? "--integrator" : "--formulation",
             "run.integrator", [&] {

@@ -285,6 +285,7 @@ void SceneReader::read_run() {
   std::vector<std::string> names;
   for (const auto& f : formulations()) names.push_back(f.name);
   run.formulation = t.one_of("formulation", names, run.formulation);
+  run.method_given = t.has("method");
   run.method = t.text("method", run.method);
   run.integrator = t.text("integrator", run.integrator);
   run.cvodes_method = t.has("cvodes_method") ? t.one_of("cvodes_method", {"adams", "bdf"}) : run.cvodes_method;

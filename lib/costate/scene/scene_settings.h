@@ -24,6 +24,7 @@ struct RunSettings {
   std::optional<EndSettings> ends_when;
   std::string formulation = kDefaultFormulation;
   std::string method = kDefaultMethod;
+  bool method_given = false;            // else that one is of its kind that goes with the formulation
   std::string integrator;               // empty: the formulation's default
   std::string cvodes_method;            // "adams" or "bdf"; empty: the solver's default
   std::string sensitivity_corrector;    // "staggered" or "simultaneous" (forward methods); empty: the solver's default

@@ -4,10 +4,16 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/formulation.h"
+#include "costate/problem/known_error.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
 namespace {
+
+Problem without_confirmation(Problem problem) {
+  problem.solver.confirm = false;
+  return problem;
+}
 
 /// idas-adjoint with a mistake made in its result.
 template <class Mistake>
@@ -36,6 +42,16 @@ const RegisterSensitivityMethod slow({"slow-adjoint", "idas-adjoint many times o
                                       [](const Problem& problem, const std::vector<double>& rho) {
                                         for (int i = 0; i < 3000; ++i) gradient(problem, "idas-adjoint", rho);
                                         return gradient(problem, "idas-adjoint", rho);
+                                      }});
+// Has a result at one tolerance alone, of whose error it has found a part.
+const RegisterSensitivityMethod once({"once-adjoint", "idas-adjoint at rtol 1e-8 alone, for tests",
+                                      SensitivityMethod::Needs::dae,
+                                      [](const Problem& problem, const std::vector<double>& rho) {
+                                        if (problem.solver.rtol != 1e-8)
+                                          throw SolverError("Refused, as this test wants.");
+                                        GradientResult r = gradient(without_confirmation(problem), "idas-adjoint", rho);
+                                        widen_error(r, problem.parameters, 1e-12, 1e-12);
+                                        return r;
                                       }});
 const RegisterSensitivityMethod right(method("right-adjoint", [](GradientResult&) {}));
 

@@ -327,9 +327,11 @@ std::string multiplier_method(const MultiplierDerivative& d) {
   const double size = d.by_rho.size() > 0 ? d.by_rho.cwiseAbs().maxCoeff() : 0;
   const double error = size > 0 ? d.error.maxCoeff() / size : 0;
   constexpr double kSaid = 1e-6;  // one sentence for all evaluations of an optimization that are within it
+  const bool nothing = d.by_rho.size() > 0 && (d.by_rho.cwiseAbs().array() <= d.error.array()).all();
   const std::string known =
-      fmt::format("estimated error {} of the largest entry",
-                  error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
+      nothing ? fmt::format("zero within its estimated error, {:.0e} at most", d.error.maxCoeff())
+              : fmt::format("estimated error {} of the largest entry",
+                            error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
   if (d.not_exact.empty()) return "exact second derivatives of the return, " + known;
   return fmt::format(
       "differences of tangents along its eigenvector, extrapolated; {}; second derivatives of the return "

@@ -84,6 +84,8 @@ AdjointSize AdjointScale::size(double span) const {
 namespace {
 // What evaluations leave of their digits.
 constexpr double kOfEvaluations = 100 * std::numeric_limits<double>::epsilon();
+// Masses [kg, kg m^2] that are smaller are light.
+constexpr double kLight = 1e-4;
 }  // namespace
 
 double rounding_of_cost_gradient(System& system, const double* y, double atol,
@@ -113,8 +115,30 @@ AdjointUnits::AdjointUnits(const System& system) {
   const double length = length_size(system.assembly().mechanism());
   least_position = kLeastPosition * length;
   const bool lengths = std::any_of(unknowns.begin(), unknowns.end(), [](const Unknown& u) { return u.unit == "m"; });
+  lightness = find_lightness(system);
   for (const Unknown& u : unknowns)
     levers.push_back(lengths && (u.unit.starts_with("rad") || u.unit.starts_with("1")) ? length : 1);
+}
+
+std::vector<double> AdjointUnits::find_lightness(const System& system) {
+  const Assembly& assembly = system.assembly();
+  const auto& unknowns = system.unknowns();
+  std::vector<double> masses(static_cast<std::size_t>(assembly.n()), 0), lightness(unknowns.size(), 1);
+  const SparsePattern& at = assembly.square();
+  for (std::size_t j = 0; j < masses.size(); ++j)
+    for (auto k = at.column_start[j]; k < at.column_start[j + 1]; ++k)
+      if (at.row[static_cast<std::size_t>(k)] == static_cast<int>(j))
+        masses[j] = assembly.M[static_cast<std::size_t>(k)];
+  const auto is_acceleration = [](const Unknown& u) { return u.role == Unknown::Role::acceleration; };
+  // Independent ones are few, and have masses of their own.
+  if (std::count_if(unknowns.begin(), unknowns.end(), is_acceleration) != assembly.n()) return lightness;
+  auto mass = masses.begin();
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (is_acceleration(unknowns[i])) {
+      if (*mass > 0) lightness[i] = std::max(1.0, kLight / *mass);
+      ++mass;
+    }
+  return lightness;
 }
 
 double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const AdjointUnits& units,
@@ -136,9 +160,9 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const Adjoin
   velocities = std::max(velocities, others * factor);
   if (!(others > 0)) others = velocities = 1;
   for (std::size_t i = 0; i < mu.size(); ++i)
-    atol[i] = !unknowns[i].in_norm
-                  ? unweighted
-                  : levers[i] * rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
+    atol[i] = !unknowns[i].in_norm ? unweighted
+                                   : levers[i] * units.lightness[i] * rtol *
+                                         (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
   return std::max(others, velocities);
 }
 

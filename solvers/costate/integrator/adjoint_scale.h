@@ -65,6 +65,12 @@ struct AdjointUnits {
   explicit AdjointUnits(const System& system);
   std::vector<double> levers;  // of each unknown: what an adjoint is per that of a length of the same effect on psi
   double least_position = 0;   // positions that are less are rounding
+  // Of each unknown: adjoints of accelerations are those of velocities over masses, which beside light ones are larger
+  // than their tolerance knows; of others 1.
+  std::vector<double> lightness;
+
+ private:
+  static std::vector<double> find_lightness(const System& system);
 };
 
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the

@@ -45,6 +45,6 @@ rtol = 1e-9
     beyond += off > 1;
     twice += off > 2;
   }
-  CHECK(beyond <= 8);
-  CHECK(twice <= 2);
+  CHECK(beyond <= 4);
+  CHECK(twice <= 1);
 }

@@ -6,7 +6,7 @@
 namespace costate {
 
 namespace {
-constexpr double kBendStepsBack = 4, kAtOnce = 1e-12;
+constexpr double kAtOnce = 1e-12;
 }
 
 BendRecord::BendRecord(Assembly& assembly, const Objective& objective, double rtol, double atol)
@@ -20,12 +20,6 @@ void BendRecord::add_step(double from, double to, const GapTrace::States& at) {
     while (!of.empty() && of.back().t >= from) of.pop_back();
     if (of.empty() || of.back().beyond != p.beyond) of.push_back(p);
   });
-}
-
-void BendRecord::add_looks(std::vector<TouchLook>& looks) const {
-  for (const auto& of : met_)
-    for (std::size_t k = 1; k < of.size(); ++k)
-      looks.push_back({of[k - 1].t, of[k].t, (of[k].t - of[k - 1].t) / kBendStepsBack});
 }
 
 std::vector<double> BendRecord::passages() const {

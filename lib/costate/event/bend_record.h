@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "costate/event/bend_watch.h"
-#include "costate/event/path_watch.h"
 
 namespace costate {
 
@@ -21,8 +20,6 @@ class BendRecord {
   void add_step(double from, double to, const GapTrace::States& at);
   /// When places were passed, in order; nearer to each other than rounding of the time is once.
   std::vector<double> passages() const;
-  /// Steps of a part of each time between two passages of one place.
-  void add_looks(std::vector<TouchLook>& looks) const;
 
  private:
   BendWatch watch_;

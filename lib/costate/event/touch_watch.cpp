@@ -303,7 +303,6 @@ std::vector<TouchLook> TouchWatch::touches(double t_end) const {
   for (const Gap& g : gaps_)
     if (!std::isnan(g.touches_from)) add(g.touches_from, t_end);
   paths_.add_looks(looks);
-  if (bends_) bends_->add_looks(looks);
   return looks;
 }
 

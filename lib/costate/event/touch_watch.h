@@ -30,7 +30,7 @@ class TouchWatch {
   /// From here on a step that leads into a touch, or out of one, is to end there.
   void end_steps_at_touches() { ends_steps_ = true; }
 
-  /// From here on passages of places where forces and running costs bend are kept, for touches().
+  /// From here on passages of places where forces and running costs bend are kept.
   void record_bends();
 
   bool empty() const { return gaps_.empty() && paths_.empty() && !bends_; }
@@ -45,7 +45,7 @@ class TouchWatch {
   /// and steps from there on until look.to no longer than look.step.
   std::optional<TouchLook> look(double from, double to, const GapTrace::States& at);
 
-  /// When something touched, or passed places, so far, for runs back along the motion; steps of a part of each.
+  /// When something touched so far, for runs back along the motion; steps of a part of each.
   std::vector<TouchLook> touches(double t_end) const;
   /// When places were passed.
   std::vector<double> passages() const { return bends_ ? bends_->passages() : std::vector<double>(); }

@@ -129,9 +129,10 @@ void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const Adj
 
 template <class Api>
 void SundialsSession<Api>::integrate_to(const AdjointStop& stop, AdjointState& mu) {
-  if (!stop.y) kink_back_ = stop.t;
+  constexpr double none = -std::numeric_limits<double>::infinity();
+  kink_back_ = stop.y ? none : stop.t;
   integrate_back(stop.t, mu);
-  kink_back_ = -std::numeric_limits<double>::infinity();
+  kink_back_ = none;
 }
 
 template <class Api>

@@ -8,8 +8,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
-#include <vector>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -55,15 +53,15 @@ std::array<double, 2> first_values(Function&& f, double x, double& h) {
 
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
 /// truncation (first columns) nor noise (last rows) spoils it. Of many entries the best one changed least by chance (it
-/// was off by twice that in two of five, smooth or not): what the second best row's entry changed by counts, and how
-/// far the entries of the next two are from it (of 2,400: twice in one of a hundred). Nor is it better than what values
-/// off by `noise` make of it.
+/// was off by more than twice that in two of five, smooth or not): of the rows behind its own the best one's change
+/// counts, too, and how far it is from it (of 6,000: off by twice that in one of forty). Nor is it known better than
+/// what values off by `noise` make of it.
 template <class Function>
 Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
   const std::array<double, 2> first = first_values(f, x, h);
-  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0, step = h, plain = 0;
-  std::vector<std::pair<double, double>> rows;  // the least change of each, and the entry that changed so
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double best = 0, error = none, least = 0, step = h, plain = 0, error_behind = none, behind = 0;
   // By how much the slopes towards both sides differ: halved with the step where f is smooth. Of the level before the
   // last that noise does not spoil, and of that.
   double apart = 0, apart_before = 0;
@@ -78,13 +76,17 @@ Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double
     } else {
       apart = apart_before = 0;  // smooth, as far as can be told
     }
-    double power = 4;
-    if (i > 0) rows.emplace_back(std::numeric_limits<double>::infinity(), 0);
+    double power = 4, error_of_row = none, of_row = 0;
+    bool better = false;
     for (int j = 1; j <= i; ++j, power *= 4) {
       a[j][i] = (a[j - 1][i] * power - a[j - 1][i - 1]) / (power - 1);
       const double e = std::max(std::abs(a[j][i] - a[j - 1][i]), std::abs(a[j][i] - a[j - 1][i - 1]));
-      if (e <= rows.back().first) rows.back() = {e, a[j][i]};
+      if (e < error_of_row) {
+        error_of_row = e;
+        of_row = a[j][i];
+      }
       if (e <= error) {
+        better = true;
         error = e;
         best = a[j][i];
         step = h;
@@ -92,14 +94,15 @@ Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double
         least = noise_of_f / h;
       }
     }
+    if (better) error_behind = none;
+    if (!better && error_of_row < error_behind) {
+      error_behind = error_of_row;
+      behind = of_row;
+    }
     const bool noise = i > 1 && std::abs(a[i][i] - a[i - 1][i - 1]) > 4 * error;
-    if (noise && error <= kConverged * std::abs(best)) break;
+    if (noise && !better && error <= kConverged * std::abs(best)) break;
   }
-  std::erase_if(rows, [](const auto& row) { return !std::isfinite(row.first); });
-  std::sort(rows.begin(), rows.end());
-  if (rows.size() > 1) error = std::max(error, rows[1].first);
-  for (std::size_t k = 1; k < std::min<std::size_t>(rows.size(), 3); ++k)
-    error = std::max(error, std::abs(rows[k].second - best));
+  if (error_behind < none) error = std::max({error, error_behind, std::abs(behind - best)});
   Slope slope{best, std::max(error, least), best, best, step, plain};
   if (std::abs(apart) > kStays * std::abs(apart_before) && std::abs(apart) < std::abs(apart_before) / kStays &&
       std::abs(apart) > kTold * std::abs(best)) {

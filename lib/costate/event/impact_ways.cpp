@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -135,7 +136,6 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   std::vector<double> found;
   std::vector<int> chosen;
   Slips chosen_slip;
-  std::vector<std::size_t> lifted;
   const auto names = [&] {
     std::vector<std::string> list;
     for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
@@ -186,56 +186,47 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   impact.solve(rows_of(chosen, chosen_slip));
   // Contacts that strike in turn, ever more slowly, lift each other infinitely many times in finite time. What would
   // lift too little to be seen stays, as a plastic impact of all of them has it.
-  double lifts = 0;
-  for (std::size_t c = 0; c < in_play.size(); ++c) {
+  const auto is_lifted = [&](std::size_t c) {
     const int normal = in_play[c].rows.front();
-    if (chosen[c] == kOpen && impact.row(normal).rests && speed_after(normal) < kHardlyLifts * fastest_) {
-      lifted.push_back(c);
-      lifts = std::max(lifts, speed_after(normal));
-    }
-  }
+    return chosen[c] == kOpen && impact.row(normal).rests && speed_after(normal) < kHardlyLifts * fastest_;
+  };
+  std::vector<std::pair<std::size_t, double>> lifted;  // with their speeds
   for (std::size_t c = 0; c < in_play.size(); ++c)
-    if (std::find(lifted.begin(), lifted.end(), c) == lifted.end()) in_play[c].way = chosen[c];
+    if (is_lifted(c))
+      lifted.emplace_back(c, speed_after(in_play[c].rows.front()));
+    else
+      in_play[c].way = chosen[c];
   if (lifted.empty()) return;
+  const double acceleration = acceleration_by_forces(before);
+  std::vector<ActiveRow> without = rows_of(chosen, chosen_slip);  // the friction of what slides
+  std::vector<std::string> held;
+  double fastest_lift = 0;
+  for (const auto& [c, lift] : lifted) {
+    const auto& rows = in_play[c].rows;
+    if (acceleration > 0) in_play[c].contact->unseen = {before.t, 2 * std::abs(lift) / acceleration};
+    held.push_back(in_play[c].contact->force->path());
+    fastest_lift = std::max(fastest_lift, lift);
+    chosen[c] = kSticks;
+    Eigen::Vector2d slip(0, 0);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (k == 0 || impact.row(rows[k]).rests)
+        without.push_back({rows[k], ActiveRow::Law::held, 0, 0});
+      else
+        slip[static_cast<Eigen::Index>(k) - 1] = impact.speed_after(rows[k]);
+    if (slip.norm() > 0) chosen[c] = rows.size() == 2 && slip[0] < 0 ? kBackward : kForward;
+    chosen_slip[c] = slip.normalized();
+  }
   // The pull that holds it is as much as falling back would give: the friction that goes with it on what slides pushes
   // by as much as follows too early, and what slides is slowed as it would be. Not where energy comes of it.
-  const auto held = [&](bool with_friction) {
-    std::vector<ActiveRow> active = rows_of(chosen, chosen_slip);
-    using Law = ActiveRow::Law;
-    for (const std::size_t c : lifted) {
-      const auto& rows = in_play[c].rows;
-      double along[2] = {0, 0}, speed_along = 0;
-      for (std::size_t k = 1; k < rows.size(); ++k) along[k - 1] = impact.speed_after(rows[k]);
-      speed_along = std::hypot(along[0], along[1]);
-      active.push_back({rows.front(), Law::held, 0, 0});
-      for (std::size_t k = 1; k < rows.size(); ++k)
-        if (impact.row(rows[k]).rests)
-          active.push_back({rows[k], Law::held, 0, 0});
-        else if (with_friction && speed_along > 0)
-          active.push_back(
-              {rows[k], Law::slides, along[k - 1] / speed_along, 0, rows.size() == 3 ? static_cast<int>(k) : 0});
-    }
-    return active;
-  };
-  if (const double acceleration = acceleration_by_forces(before); acceleration > 0)
-    for (const std::size_t c : lifted)
-      in_play[c].contact->unseen = {before.t, 2 * std::abs(speed_after(in_play[c].rows.front())) / acceleration};
-  const std::vector<ActiveRow> all = held(true), without = held(false);
-  std::vector<double> by;
-  for (const std::size_t c : lifted) by.push_back(impact.speed_after(in_play[c].rows.front()));
-  impact.solve(all);
+  impact.solve(rows_of(chosen, chosen_slip));
   if (impact.energy_lost() + (&impact == &*expansion_ ? impact_->energy_lost() : 0) < 0) impact.solve(without);
-  std::vector<std::string> names_held;
   double taken = 0;
-  for (std::size_t k = 0; k < lifted.size(); ++k) {
-    names_held.push_back(in_play[lifted[k]].contact->force->path());
-    taken += 0.5 * by[k] * std::abs(impact.impulse(in_play[lifted[k]].rows.front()));
-  }
+  for (const auto& [c, lift] : lifted) taken += 0.5 * lift * std::abs(impact.impulse(in_play[c].rows.front()));
   notice(fmt::format(
       "At t = {:.9g} s the impact of '{}' at {:.3g} m/s would lift {} with {:.3g} m/s, {:.1g} of the largest speed so "
       "far, too little to be seen: {} closed, as where impacts die out, infinitely many of them. That takes {:.3g} J.",
-      before.t, of(event).name, speed, fmt::join(names_held, " and "), lifts, lifts / fastest_,
-      lifted.size() == 1 ? "it stays" : "they stay", taken));
+      before.t, of(event).name, speed, fmt::join(held, " and "), fastest_lift, fastest_lift / fastest_,
+      held.size() == 1 ? "it stays" : "they stay", taken));
 }
 
 }  // namespace costate

@@ -25,11 +25,7 @@ constexpr int kForceLooks = 4;
 }  // namespace
 
 TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
-    : assembly_(assembly),
-      objective_(objective),
-      rtol_(rtol),
-      atol_(atol),
-      paths_(assembly, objective, rtol, atol, leaves) {
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];
@@ -93,11 +89,6 @@ void TouchWatch::look_for_rest(Gap& g, const StateView& last) {
   if (!g.rest || !std::isnan(g.touches_from)) return;
   if (!g.rest->holds(last.q, last.z) && !(g.rest->is_due() && find())) return;
   g.at_rest = {last.t, g.rest->way(last.q), g.rest->speed(last.v)};
-}
-
-void TouchWatch::record_bends() {
-  bends_.emplace(assembly_, objective_, rtol_, atol_);
-  if (bends_->empty()) bends_.reset();
 }
 
 std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {

@@ -31,7 +31,9 @@ class TouchWatch {
   void end_steps_at_touches() { ends_steps_ = true; }
 
   /// From here on passages of places where forces and running costs bend are kept.
-  void record_bends();
+  void record_bends(BendRecord bends) {
+    if (!bends.empty()) bends_ = std::move(bends);
+  }
 
   bool empty() const { return gaps_.empty() && paths_.empty() && !bends_; }
   /// Whether looks ask for accelerations and multipliers, which the states between a step's ends are to have then.
@@ -95,8 +97,7 @@ class TouchWatch {
   std::optional<TouchLook> first_crossed(double from, double to, const GapTrace::States& at) const;
   void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);
 
-  Assembly& assembly_;
-  const Objective& objective_;
+  const Assembly& assembly_;
   double rtol_, atol_, size_ = 0;
   std::vector<Gap> gaps_;
   PathWatch paths_;

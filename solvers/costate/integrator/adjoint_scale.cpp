@@ -110,6 +110,28 @@ double rounding_of_cost_gradient(System& system, const double* y, double atol,
   return largest;
 }
 
+namespace {
+/// AdjointUnits::lightness.
+std::vector<double> find_lightness(const System& system) {
+  const Assembly& assembly = system.assembly();
+  const auto& unknowns = system.unknowns();
+  std::vector<double> lightness(unknowns.size(), 1);
+  const auto is_acceleration = [](const Unknown& u) { return u.role == Unknown::Role::acceleration; };
+  // Independent ones are few, and have masses of their own.
+  if (std::count_if(unknowns.begin(), unknowns.end(), is_acceleration) != assembly.n()) return lightness;
+  const SparsePattern& at = assembly.square();
+  std::size_t j = 0;  // the coordinate
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    if (!is_acceleration(unknowns[i])) continue;
+    for (auto k = static_cast<std::size_t>(at.column_start[j]); k < static_cast<std::size_t>(at.column_start[j + 1]);
+         ++k)
+      if (at.row[k] == static_cast<int>(j) && assembly.M[k] > 0) lightness[i] = std::max(1.0, kLight / assembly.M[k]);
+    ++j;
+  }
+  return lightness;
+}
+}  // namespace
+
 AdjointUnits::AdjointUnits(const System& system) {
   const auto& unknowns = system.unknowns();
   const double length = length_size(system.assembly().mechanism());
@@ -118,27 +140,6 @@ AdjointUnits::AdjointUnits(const System& system) {
   lightness = find_lightness(system);
   for (const Unknown& u : unknowns)
     levers.push_back(lengths && (u.unit.starts_with("rad") || u.unit.starts_with("1")) ? length : 1);
-}
-
-std::vector<double> AdjointUnits::find_lightness(const System& system) {
-  const Assembly& assembly = system.assembly();
-  const auto& unknowns = system.unknowns();
-  std::vector<double> masses(static_cast<std::size_t>(assembly.n()), 0), lightness(unknowns.size(), 1);
-  const SparsePattern& at = assembly.square();
-  for (std::size_t j = 0; j < masses.size(); ++j)
-    for (auto k = at.column_start[j]; k < at.column_start[j + 1]; ++k)
-      if (at.row[static_cast<std::size_t>(k)] == static_cast<int>(j))
-        masses[j] = assembly.M[static_cast<std::size_t>(k)];
-  const auto is_acceleration = [](const Unknown& u) { return u.role == Unknown::Role::acceleration; };
-  // Independent ones are few, and have masses of their own.
-  if (std::count_if(unknowns.begin(), unknowns.end(), is_acceleration) != assembly.n()) return lightness;
-  auto mass = masses.begin();
-  for (std::size_t i = 0; i < unknowns.size(); ++i)
-    if (is_acceleration(unknowns[i])) {
-      if (*mass > 0) lightness[i] = std::max(1.0, kLight / *mass);
-      ++mass;
-    }
-  return lightness;
 }
 
 double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const AdjointUnits& units,

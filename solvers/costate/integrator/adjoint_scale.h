@@ -68,9 +68,6 @@ struct AdjointUnits {
   // Of each unknown: adjoints of accelerations are those of velocities over masses, which beside light ones are larger
   // than their tolerance knows; of others 1.
   std::vector<double> lightness;
-
- private:
-  static std::vector<double> find_lightness(const System& system);
 };
 
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the

@@ -4,11 +4,15 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "costate/problem/problem.h"
 
 namespace costate {
+
+/// "'contact.a: touch closed' and ...": which the last few of these are.
+std::string last_events(const std::vector<RunEvent>& events);
 
 class ChatterWatch {
  public:

@@ -105,10 +105,11 @@ void RungeKuttaRun<Kind>::cross() {
   jumps_in_a_row_ = end_time_ > segment_start_ ? 0 : jumps_in_a_row_ + 1;
   if (jumps_in_a_row_ > kMostJumpsAtOnce)
     throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
-  if (jump.event >= 0)
+  if (jump.event >= 0) {
     events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                        system_.event_loss(), system_.cost_of_unseen_bounces(t_after, y.data())});
-  if (jump.event >= 0) chatter_.look(events_, options_.t_end);
+    chatter_.look(events_, options_.t_end);
+  }
   ++jumps_;
   if (follower_.jump) follower_.jump(jump);
   if (tape_) tape_->add_jump(jump, {y.begin(), y.begin() + system_.size()});

@@ -1,12 +1,9 @@
 #include "costate/integrator/segmented_run.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <string>
 #include <type_traits>
 
 #include "costate/assembly/packed_state.h"
@@ -22,7 +19,21 @@ constexpr std::size_t kMostJumpsInARow = 1000;
 constexpr double kGettingOn = 1e-12;
 // Segments may be too short for a session to ask whether the run is to end.
 constexpr std::size_t kJumpsToPoll = 16;
-constexpr std::size_t kTold = 8;  // of the last events
+
+/// Where the adjoint's rate jumps between a segment's beginning and its end, among what is there already in descending
+/// order of time.
+void add_bends(const std::vector<double>& times, double from, double to, std::vector<AdjointStop>& stops) {
+  const std::size_t others = stops.size();
+  const auto is_free = [&](double t) {
+    return std::none_of(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others),
+                        [&](const AdjointStop& s) { return s.to <= t && t <= s.t; });
+  };
+  const auto first = std::upper_bound(times.begin(), times.end(), from);
+  for (auto t = std::lower_bound(times.begin(), times.end(), to); t-- > first;)
+    if (is_free(*t)) stops.push_back({*t, *t, nullptr, nullptr, [](AdjointState&, std::vector<double>&) {}});
+  std::inplace_merge(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others), stops.end(),
+                     [](const AdjointStop& a, const AdjointStop& b) { return a.t > b.t; });
+}
 
 }  // namespace
 
@@ -45,18 +56,15 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
       last = jump.t;
     }
     if (monitor_ && links_.size() % kJumpsToPoll == 0) monitor_(jump.t, start.steps, false);
-    if (++in_a_row > kMostJumpsInARow) {
-      std::set<std::string> names;
-      for (std::size_t k = events_.size() - std::min(events_.size(), kTold); k < events_.size(); ++k)
-        names.insert(fmt::format("'{} {}'", events_[k].name, events_[k].mode));
+    if (++in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another{}.", jump.t,
-                                    names.empty() ? "" : fmt::format(", by {} in turn", fmt::join(names, " and "))));
-    }
-    if (jump.event >= 0)
+                                    events_.empty() ? "" : fmt::format(", by {} in turn", last_events(events_))));
+    if (jump.event >= 0) {
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                          system_.event_loss(), system_.cost_of_unseen_bounces(start.t, start.y.data())});
-    if (jump.event >= 0) chatter_.look(events_, options_.t_end);
-    if (trajectory && jump.event >= 0) keep_met(jump);
+      chatter_.look(events_, options_.t_end);
+      if (trajectory) keep_met(jump);
+    }
     if (slow_) slow_->jump(jump, start.t, start.y.data(), start.yp.empty() ? nullptr : start.yp.data());
     links_.push_back({std::move(jump), start.restart});
     session().read_forward_counters();
@@ -97,22 +105,6 @@ void SegmentedRun<Session, SystemType>::drop_segments() {
     oldest.reset();
   }
 }
-
-namespace {
-/// Between a segment's beginning and its end, among what is there already in descending order of time.
-void add_bends(const std::vector<double>& times, double from, double to, std::vector<AdjointStop>& stops) {
-  const std::size_t others = stops.size();
-  const auto within = [&](double t) {
-    return std::none_of(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others),
-                        [&](const AdjointStop& s) { return s.to <= t && t <= s.t; });
-  };
-  const auto first = std::upper_bound(times.begin(), times.end(), from);
-  for (auto t = std::lower_bound(times.begin(), times.end(), to); t-- > first;)
-    if (within(*t)) stops.push_back({*t, *t, nullptr, nullptr, [](AdjointState&, std::vector<double>&) {}});
-  std::inplace_merge(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(others), stops.end(),
-                     [](const AdjointStop& a, const AdjointStop& b) { return a.t > b.t; });
-}
-}  // namespace
 
 template <class Session, class SystemType>
 std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const SampleAdjoint& cross) {

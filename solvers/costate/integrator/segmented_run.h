@@ -65,7 +65,7 @@ class SegmentedRun {
     plan_ = plan;
     most_kept_ = segments_that_fit(options_, system_.size(), plan);
     start_y_.assign(session().y(), session().y() + system_.size());
-    touches_->record_bends();
+    touches_->record_bends({system_.assembly(), system_.objective(), options_.rtol, options_.absolute()});
     session().follow(touches_.get());
     segmented_ = segmented_ || !touches_->empty();
     session().enable_adjoint(plan);

@@ -278,12 +278,13 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     tighter = factor;
   }
   if (tighter == 0) {
-    if (std::isfinite(first.relative))
+    const bool known = std::isfinite(first.relative);
+    if (known)
       know(asked, result, loose, explained ? surely_less(asked, result) : 1);
     else
       leave_open(result);
     say(said);
-    if (!std::isfinite(first.relative))
+    if (!known)
       notice(fmt::format(
           "Neither at rtol {:g} nor at {:g}, which would tell what the result at {:g} is worth, does this method have "
           "one: how many digits are right is not known. Compare methods (costate check).",

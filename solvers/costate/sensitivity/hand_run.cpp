@@ -113,11 +113,10 @@ std::vector<double> bends_along(Assembly& assembly, const Objective& objective, 
   double from = motion.t_begin();
   for (std::size_t i = 0; i < motion.steps(); ++i) {
     const double end = motion.step_end(i);
-    while (from < end) {
-      const std::optional<double> behind = watch.first(from, end, at);
-      if (behind) times.push_back(backward ? *behind : *behind - 2 * BendWatch::kResolved * (end - from));
-      from = behind.value_or(end);
-    }
+    watch.each_passage(from, end, at, [&](const BendWatch::Passage& p) {
+      times.push_back(backward ? p.t : p.t - 2 * BendWatch::kResolved * (end - from));
+    });
+    from = end;
   }
   return times;
 }

@@ -15,7 +15,7 @@ BendRecord::BendRecord(Assembly& assembly, const Objective& objective, double rt
 void BendRecord::add_step(double from, double to, const GapTrace::States& at) {
   // Seen in a step that was taken anew since, or behind an event that has ended it.
   for (auto& of : met_)
-    while (!of.empty() && of.back().t >= from) of.pop_back();
+    while (!of.empty() && of.back().t > from) of.pop_back();
   watch_.each_passage(from, to, at, [&](const BendWatch::Passage& p) {
     if (met_.size() <= p.place) met_.resize(p.place + 1);
     std::vector<BendWatch::Passage>& of = met_[p.place];

@@ -10,7 +10,6 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 #include "property/gradient_compare.h"
 #include "property/sliding_in_space.h"
@@ -389,6 +388,4 @@ TEST_CASE("slips from rest: what does not carry them says so", "[events]") {
     CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("sliding in space begins from rest") &&
                                                         Catch::Contains("idas, cvodes or hand-derived"));
   }
-  p.formulation = "index1";
-  CHECK_THROWS_WITH(hessian(p, rho), Catch::Contains("sliding in space begins from rest"));
 }

@@ -124,22 +124,22 @@ class MotionEvents {
   /// a slip in space that begins from rest, behind which the direction turns the faster the slower it is.
   void differentiate_between_steps() { between_steps_ = true; }
   /// Tangents and adjoints cross from here on where a slip in space begins from rest; who says so sees to where it is
-  /// slow (slowest_from_rest()).
+  /// slow (slowest_in_space()).
   void carry_slips_from_rest() { carries_slips_from_rest_ = true; }
   /// The normal row of the contact that begins to slide in space from rest at this event, as its friction reaches the
   /// limit, or -1. Throws CapabilityError where another one does behind it, or what has landed: directions are not
   /// differentiated there.
   int begins_from_rest(int event, const StateView& before, const double* z_after) const;
-  /// Of slips in space that have begun from rest: the smallest |w|, and its smallest part of the largest that its slip
-  /// has had at the looks so far; infinite without any.
+  /// Of slips in space: the smallest |w|, and its smallest part of the largest that its slip has had at the looks so
+  /// far; infinite without any.
   struct Slowest {
     double speed = std::numeric_limits<double>::infinity(), part = speed;
   };
-  Slowest slowest_from_rest(const StateView& s);
+  Slowest slowest_in_space(const StateView& s);
   /// Whether contacts may slide in space at all.
-  bool may_slip_from_rest() const;
-  /// Whether it is the stop of such a slip, with the states z before it.
-  bool stops_slip_from_rest(int event, const double* z) const;
+  bool may_slip_in_space() const;
+  /// Whether it is the stop of one, with the states z before it.
+  bool stops_slip(int event, const double* z) const;
   /// Whether all contacts do the same: open, stick or slide.
   bool same_modes(const double* z, const double* other) const;
   /// A slip in space ends from here on where it falls below this part of the largest speed that it has had: tangents,
@@ -252,8 +252,8 @@ class MotionEvents {
   /// Of each contact whether it comes to rest along the ground in the instant of this event: the event's own, and where
   /// a slip in space ends those of its body that are about as slow, and what these leave no way to slide.
   std::vector<char> stopping(int event, const StateView& before);
-  /// Of the contact of such a guard: whether it slides, and has an offset.
-  bool has_begun_from_rest(const GuardOf& g, const double* z) const;
+  /// Of the contact of such a guard: from rest, or alone on its part.
+  bool slides_now(const GuardOf& g, const double* z) const;
   /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
   const ContactOf* contact_of(int event, bool strikes = false) const {
     const int c = of(event).contact;

@@ -1,7 +1,6 @@
-// Slips in space that have begun from rest: which of them are slow, where they stop, and the refusal of those who
-// cannot follow such a slip. From the rest that it begins in the direction turns the faster the slower the slip is, and
-// towards the stop again: what is stored of a motion tells w to its error e, and the direction to e/|w| (lib/README.md
-// (19.12)).
+// Slips in space: which of them are slow, where they stop, and the refusal of those who cannot follow one that begins
+// from rest. From there its direction turns the faster the slower it is, and towards the stop again: what is stored of
+// a motion tells w to its error e, and the direction to e/|w| (lib/README.md (19.12)).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,31 +27,31 @@ bool slip_begins(const Contact& c, const double* before, const double* after) {
 }
 }  // namespace
 
-MotionEvents::Slowest MotionEvents::slowest_from_rest(const StateView& s) {
+MotionEvents::Slowest MotionEvents::slowest_in_space(const StateView& s) {
   Slowest all;
   for (GuardOf& g : guards_) {
     if (!stops_in_space(g)) continue;
-    if (!has_begun_from_rest(g, s.z)) {  // one that begins as the last one did is another
-      g.largest_from_rest = g.offset[0] = g.offset[1] = 0;
+    if (!slides_now(g, s.z)) {  // one that begins as the last one did is another
+      g.largest_in_space = g.offset[0] = g.offset[1] = 0;
       continue;
     }
     const double* o = s.z + contacts_[static_cast<std::size_t>(g.contact)].sliding_state + 1;
-    if (o[0] != g.offset[0] || o[1] != g.offset[1]) g.largest_from_rest = 0;
+    if (o[0] != g.offset[0] || o[1] != g.offset[1]) g.largest_in_space = 0;
     std::copy_n(o, 2, g.offset);
     const double speed = value(g, s) + slowest_slip(g);
-    g.largest_from_rest = std::max(g.largest_from_rest, speed);
+    g.largest_in_space = std::max(g.largest_in_space, speed);
     all.speed = std::min(all.speed, speed);
-    all.part = std::min(all.part, speed / g.largest_from_rest);
+    all.part = std::min(all.part, speed / g.largest_in_space);
   }
   return all;
 }
 
-bool MotionEvents::may_slip_from_rest() const {
+bool MotionEvents::may_slip_in_space() const {
   return std::any_of(guards_.begin(), guards_.end(), [this](const GuardOf& g) { return stops_in_space(g); });
 }
 
-bool MotionEvents::stops_slip_from_rest(int event, const double* z) const {
-  return stops_in_space(of(event)) && has_begun_from_rest(of(event), z);
+bool MotionEvents::stops_slip(int event, const double* z) const {
+  return stops_in_space(of(event)) && slides_now(of(event), z);
 }
 
 bool MotionEvents::same_modes(const double* z, const double* other) const {
@@ -88,10 +87,14 @@ std::vector<char> MotionEvents::stopping(int event, const StateView& before) {
   return stops;
 }
 
-bool MotionEvents::has_begun_from_rest(const GuardOf& g, const double* z) const {
+bool MotionEvents::slides_now(const GuardOf& g, const double* z) const {
   const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
-  return z[c.closed_state] > 0.5 && std::abs(z[c.sliding_state]) > 0.5 &&
-         (z[c.sliding_state + 1] != 0 || z[c.sliding_state + 2] != 0);
+  const auto closed = [&](const ContactOf& of) { return of.closed_state >= 0 && z[of.closed_state] > 0.5; };
+  if (!closed(c) || std::abs(z[c.sliding_state]) < 0.5) return false;
+  if (z[c.sliding_state + 1] != 0 || z[c.sliding_state + 2] != 0) return true;
+  // Feet that have been given velocities stop one by one, however near to each other.
+  return std::none_of(contacts_.begin(), contacts_.end(),
+                      [&](const ContactOf& other) { return &other != &c && other.part == c.part && closed(other); });
 }
 
 void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
@@ -128,8 +131,8 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   if (begins_to_slide())
     throw CapabilityError(
         fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods of explicit "
-                    "steps and second derivatives do not carry: no step tells its direction where it is "
-                    "slow. Take idas, cvodes or hand-derived methods, or discrete ones on radau5.",
+                    "steps do not carry: no step tells its direction where it is slow. Take idas, cvodes or "
+                    "hand-derived methods, or discrete ones on radau5.",
                     before.t, g.name));
 }
 

@@ -127,15 +127,14 @@ class System {
   void differentiate_between_steps() {
     if (events_) events_->differentiate_between_steps();
   }
-  // Slips in space that have begun from rest, and are slow: a run back crosses those by a map of its own, in terms of
-  // (q, v, z).
+  // Slips in space that are slow: a run back crosses those by a map of its own, in terms of (q, v, z).
   void carry_slips_from_rest() {
     if (events_) events_->carry_slips_from_rest();
   }
-  bool may_slip_from_rest() const { return events_ && events_->may_slip_from_rest(); }
+  bool may_slip_in_space() const { return events_ && events_->may_slip_in_space(); }
   /// Of a state of look_state().
-  MotionEvents::Slowest slowest_from_rest(const StateView& s) { return events_->slowest_from_rest(s); }
-  bool stops_slip_from_rest(int event, const double* z) const { return events_->stops_slip_from_rest(event, z); }
+  MotionEvents::Slowest slowest_in_space(const StateView& s) { return events_->slowest_in_space(s); }
+  bool stops_slip(int event, const double* z) const { return events_->stops_slip(event, z); }
   /// w (2 n + nz) := the weights of (q, v, z) that mu stands for at (t, y), in the mode in force.
   void weights_at(double t, const double* y, const double* mu, double* w, double* gradient);
   /// Of runs whose velocities are known to these tolerances (MotionEvents::end_unresolved_slips()).

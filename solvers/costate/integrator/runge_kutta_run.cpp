@@ -42,6 +42,8 @@ constexpr double kNearTouch = 1e-7;
 constexpr double kIdleRounding = 0.1, kRoundings = 16;
 // Of velocities, the rounding of an estimate.
 constexpr double kEstimated = 64 * std::numeric_limits<double>::epsilon();
+// Of the way to the stop of a slip in space the longest step, and of the largest velocity the slip that is at its end.
+constexpr double kOfSlip = 0.5, kSlowestSlip = 1e-9;
 constexpr const char* kTooMuchWork = "TOO_MUCH_WORK";
 }  // namespace
 
@@ -183,13 +185,26 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
 }
 
 template <class Kind>
-double RungeKuttaRun<Kind>::allowed_by_slip() {
-  if (!resolves_slips_) return HUGE_VAL;
-  const double slip = system_.slowest_from_rest(system_.look_state(end_time_, end_.data())).speed;
+double RungeKuttaRun<Kind>::largest_velocity() const {
   double largest = 0;
   for (std::size_t i = 0; i < system_.unknowns().size(); ++i)
     if (system_.unknowns()[i].role == Unknown::Role::velocity) largest = std::max(largest, std::abs(end_[i]));
-  return options_.rtol * slip + kEstimated * largest;
+  return largest;
+}
+
+template <class Kind>
+double RungeKuttaRun<Kind>::allowed_by_slip() const {
+  return std::isfinite(slip_) ? options_.rtol * slip_ + kEstimated * largest_velocity() : HUGE_VAL;
+}
+
+template <class Kind>
+double RungeKuttaRun<Kind>::most_by_slip() {
+  if (!resolves_slips_) return HUGE_VAL;
+  const double before =
+                   std::exchange(slip_, system_.slowest_in_space(system_.look_state(end_time_, end_.data())).speed),
+               step = end_time_ - std::exchange(slip_at_, end_time_);
+  if (!(slip_ < before) || !std::isfinite(before) || slip_ < kSlowestSlip * largest_velocity()) return HUGE_VAL;
+  return kOfSlip * slip_ * step / (before - slip_);
 }
 
 template <class Kind>
@@ -311,8 +326,7 @@ void RungeKuttaRun<Kind>::take_step() {
     }
   }
   begin_step();
-  double limit = ahead(end_time_);
-  limit = std::min(limit, end_time_ + longest_);
+  double limit = std::min(ahead(end_time_), end_time_ + std::min(longest_, most_by_slip()));
   int searches = 0;
   do find_step(h_, limit);
   while ((searches < kMostSearches && passed_bend(limit) && ++searches) || passed_over(limit) || left_branch());

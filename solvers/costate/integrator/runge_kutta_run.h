@@ -62,13 +62,11 @@ class RungeKuttaRun {
     follow_bends();
     resolves_bends_ = bends_ != Bends::none || follows_bends();
   }
-  /// Before the first step: where a slip in space that has begun from rest is slow, steps are as short as its direction
-  /// asks, which turns with 1/|w|: the derivative of the run is right, too. Of implicit ones; explicit ones do not get
-  /// on from rest.
+  /// Before the first step: where a slip in space is slow, steps are as short as its direction asks, which turns with
+  /// 1/|w|: the derivative of the run is right, too. Implicit ones get on where it begins from rest.
   void resolve_slips() {
-    if (!Kind::implicit) return;
-    resolves_slips_ = system_.may_slip_from_rest();
-    system_.carry_slips_from_rest();
+    resolves_slips_ = system_.may_slip_in_space();
+    if (Kind::implicit) system_.carry_slips_from_rest();
   }
   /// Before the first step: those whose error estimate is nothing are no longer than this.
   void bound_idle_steps(double length) { idle_bound_ = length; }
@@ -105,8 +103,11 @@ class RungeKuttaRun {
   void find_step(double h, double limit);
   /// Whether the error estimate of a step of length h tells nothing of how long it may be.
   bool is_idle(double h, double error) const;
-  /// What an error of velocities is allowed by resolve_slips(), behind end_time_.
-  double allowed_by_slip();
+  /// By resolve_slips(), behind end_time_: what an error of velocities is allowed, and the longest step: a part of the
+  /// way to the stop at the last step's pace.
+  double allowed_by_slip() const;
+  double most_by_slip();
+  double largest_velocity() const;
   void begin_step();
   /// The state at a time of the step that begins there.
   const double* within_step(double begin, double t);
@@ -182,12 +183,13 @@ class RungeKuttaRun {
   double longest_ = HUGE_VAL;                          // that a step may be
   double idle_bound_ = HUGE_VAL;                       // of those whose error estimate is nothing
   double idle_time_ = 0, longest_idle_ = 0, longest_judged_ = 0;
-  bool bend_behind_ = false;     // that step was one across a bend
-  bool pending_step_ = false;    // step_ holds a step that has been taken
-  bool ended_ = false;           // the segment
-  bool resolves_bends_ = false;  // for derivatives
-  bool resolves_slips_ = false;  // that begin from rest
-  Bends bends_ = Bends::none;    // those that are resolved
+  bool bend_behind_ = false;                                             // that step was one across a bend
+  bool pending_step_ = false;                                            // step_ holds a step that has been taken
+  bool ended_ = false;                                                   // the segment
+  bool resolves_bends_ = false;                                          // for derivatives
+  bool resolves_slips_ = false;                                          // in space
+  double slip_ = std::numeric_limits<double>::infinity(), slip_at_ = 0;  // the slowest |w|, and when
+  Bends bends_ = Bends::none;                                            // those that are resolved
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;

@@ -73,7 +73,7 @@ class SegmentedRun {
   }
   /// Of runs whose tangents or adjoints are not integrated with the motion; before the first step.
   void follow_slow_slips() {
-    if (!system_.may_slip_from_rest()) return;
+    if (!system_.may_slip_in_space()) return;
     system_.carry_slips_from_rest();
     slow_ = std::make_unique<SlowStretches>(system_);
     slow_->begin(0, t_start_, session().y(), session().yp());

@@ -49,7 +49,7 @@ SlowSlip::SlowSlip(const Assembly& of_run, const Objective& objective, const Mot
 }
 
 double SlowSlip::speed(double t, const Columns& Y) {
-  return events_.slowest_from_rest(packed_view(t, Y.data(), n_)).speed;
+  return events_.slowest_in_space(packed_view(t, Y.data(), n_)).speed;
 }
 
 MotionEvents::Side SlowSlip::side(const StateView& s) {
@@ -125,6 +125,10 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
   for (int j = 0; j < Y.cols(); ++j)
     largest[3] =
         std::max(largest[3], change[j] * std::max(span_ * std::abs(ks.front()(size_, j)), std::abs(Y(size_, j))));
+  // What rounding makes of the direction, of what friction does in this step: w may be a difference of larger
+  // velocities.
+  const double turn = h * ks.front().col(0).segment(n_, n_).cwiseAbs().maxCoeff() / speed,
+               direction = kSlipRounding * largest[1] / speed * std::min(1.0, turn);
   double worst = 0;
   for (int b = 0; b < 4; ++b)
     for (int j = 0; j < Y.cols(); ++j) {
@@ -135,6 +139,7 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
       const double size = std::max({block(Y), block(next), (b < 3 ? kOfSize : 1) * largest[b] / change[j]});
       double allowed = rtol * size;
       if (j == 0 && b == 1) allowed = rtol * kOfSpeed * speed;
+      if (b == 1) allowed += direction * (j == 0 ? speed : size);
       if (error > 0) worst = std::max(worst, error / (allowed + kSlipRounding * (size + h * block(ks.front()))));
       if (!std::isfinite(error)) return std::numeric_limits<double>::infinity();
     }
@@ -150,10 +155,10 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
   std::vector<Columns> ks{rates(t, Y)};
   for (int steps = 0; stops ? now > slowest : t < stretch.end; ++steps) {
     if (steps > kMostSlipSteps)
-      throw CapabilityError(fmt::format(
-          "At t = {:.9g} s a slip in space that has begun from rest is slow for so long that adjoints do not "
-          "follow it: {} steps come to t = {:.9g} s. Take idas-forward or cvodes-forward.",
-          stretch.begin, steps, t));
+      throw CapabilityError(
+          fmt::format("At t = {:.9g} s a slip in space is slow for so long that adjoints do not "
+                      "follow it: {} steps come to t = {:.9g} s. Take idas-forward or cvodes-forward.",
+                      stretch.begin, steps, t));
     if (t > far || !(t + 1e-3 * h > t)) return false;
     const bool last = !stops && h >= stretch.end - t;
     if (last) h = stretch.end - t;
@@ -213,7 +218,7 @@ StretchMap SlowSlip::map(const SlowStretch& stretch, double rtol) {
   }
   if (!same)
     throw CapabilityError(
-        fmt::format("At t = {:.9g} s a slip in space that has begun from rest nearly stops; within the run's errors it "
+        fmt::format("At t = {:.9g} s a slip in space nearly stops; within the run's errors it "
                     "stops there or goes on, and adjoints do not tell which. Take idas-forward or cvodes-forward, or "
                     "a smaller rtol.",
                     stretch.end));

@@ -1,8 +1,7 @@
-// The derivative of a stretch of a motion along which a slip in space that has begun from rest is slow. Its direction
-// is known to e/|w| there, with e the error of what is stored, and an adjoint that lies along it loses (e/|w|)^2 with
-// each step: tangents of all states, integrated with the motion, belong to one direction throughout. The stretch is run
-// once more, with them, by an explicit scheme whose steps follow |w|, through the stop that ends it if one does
-// (lib/README.md (19.12)).
+// The derivative of a stretch of a motion along which a slip in space is slow. Its direction is known to e/|w| there,
+// with e the error of what is stored, and an adjoint that lies along it loses (e/|w|)^2 with each step: tangents of all
+// states, integrated with the motion, belong to one direction throughout. The stretch is run once more, with them, by
+// an explicit scheme whose steps follow |w|, through the stop that ends it if one does (lib/README.md (19.12)).
 #pragma once
 
 #include "costate/adjoint/motion_jump.h"

@@ -17,10 +17,10 @@ void SlowStretches::look(double t, const double* y, const double* yp, Point& at)
   const StateView s = system_.look_state(t, y);
   at.t = t;
   at.mode = system_.mode();
-  at.slowest = system_.slowest_from_rest(s);
+  at.slowest = system_.slowest_in_space(s);
   at.y.clear();
   at.qvz.clear();
-  if (!(at.slowest.part < 2)) return;  // nothing slides from rest
+  if (!(at.slowest.part < 2)) return;  // nothing slides in space
   at.y.assign(y, y + size);
   at.yp.assign(yp ? yp : y, yp ? yp + size : y);
   at.qvz = packed(s, n, nz);
@@ -89,7 +89,7 @@ void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after
   if (!possible_) return;
   // The step that has ended with the jump's state is the last one that was looked at.
   const bool stops = jump.event >= 0 && !now_.qvz.empty() && now_.t == jump.t &&
-                     system_.stops_slip_from_rest(jump.event, now_.qvz.data() + 2 * system_.assembly().n());
+                     system_.stops_slip(jump.event, now_.qvz.data() + 2 * system_.assembly().n());
   if (stops && !goes_on_) open(previous_.qvz.empty() ? now_ : previous_);
   if (stops) {
     all_.back().last_speed = now_.slowest.speed;

@@ -1,6 +1,6 @@
-// Where along a run slips in space that have begun from rest are slow (slow_slip.h): from the last step with |w| above
-// a part of the largest that the slip has had, until it stops, the session ends, or it is faster again. A stretch does
-// not go beyond its session, nor over a sample.
+// Where along a run slips in space are slow (slow_slip.h): from the last step with |w| above a part of the largest that
+// the slip has had, until it stops, the session ends, or it is faster again. A stretch does not go beyond its session,
+// nor over a sample.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ class SlowStretches {
     std::shared_ptr<const StretchMap> map;
   };
 
-  explicit SlowStretches(System& system) : system_(system), possible_(system.may_slip_from_rest()) {}
+  explicit SlowStretches(System& system) : system_(system), possible_(system.may_slip_in_space()) {}
 
   /// Whether there can be any.
   bool possible() const { return possible_; }

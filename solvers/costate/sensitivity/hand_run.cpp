@@ -161,7 +161,7 @@ std::vector<MotionJump> jumps_of(const ForwardMotion& motion, const std::vector<
       if (j.before == jump.before) jump.before = j.after;
       if (s.stop >= 0 && j.before <= std::nextafter(s.end, infinity) && s.end <= j.after)
         throw CapabilityError(
-            fmt::format("At t = {:.9g} s a slip in space that has begun from rest stops in the instant of another "
+            fmt::format("At t = {:.9g} s a slip in space stops in the instant of another "
                         "event, which hand-derived methods do not cross. Take idas or cvodes methods.",
                         s.end));
     }

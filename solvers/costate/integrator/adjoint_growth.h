@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "costate/integrator/unknown_sizes.h"
@@ -18,22 +19,33 @@ class AdjointGrowth {
     if (calls_++ % 4 != 0) return;
     if (sizes_.empty()) sizes_ = unknown_sizes(system);
     const std::vector<Unknown>& unknowns = system.unknowns();
-    double change = 0;
-    for (std::size_t i = 0; i < unknowns.size(); ++i)
-      if (unknowns[i].differential) change += std::abs(mu[i]) * (rtol * std::abs(y[i]) + atol * sizes_[i]);
+    double change = 0, most = 0;
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      if (!unknowns[i].differential) continue;
+      const double own = std::abs(mu[i]) * (rtol * std::abs(y[i]) + atol * sizes_[i]);
+      change += own;
+      if (!(own > most)) continue;
+      most = own;
+      worst = i;
+    }
     if (!(change <= change_)) {
       change_ = change;
       t_ = t;
+      worst_ = unknowns.empty() ? "" : unknowns[worst].name;
     }
   }
   /// The largest change of psi, and where the error that makes it lies.
   double change() const { return change_; }
   double time() const { return t_; }
+  /// The unknown that makes the most of it.
+  const std::string& worst() const { return worst_; }
 
  private:
   double change_ = 0, t_ = 0;
   long calls_ = 0;
   std::vector<double> sizes_;
+  std::string worst_;
 };
 
 }  // namespace costate

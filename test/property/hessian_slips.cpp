@@ -88,12 +88,55 @@ TEST_CASE("hessian slips: a ball that spins bounces, or lands and slides on", "[
   }
 }
 
-TEST_CASE("hessian slips: what begins to slide from rest is refused", "[events]") {
-  Problem p = point({{"CONTACT", "closed = true\nalong_m = 0\nacross_m = 0"},
-                     {"GIVEN", ""},
-                     {"END", "1"},
-                     {"MORE", "[force.push]\npoint = \"P\"\nk = 20\nformula_x_N = \"k*t\""},
-                     {"PARAMETERS", R"("contact.floor.friction_coefficient", "mass.P.mass_kg")"}});
-  for (Parameter& of : p.parameters.parameters) of.scale = 1;
-  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("sliding in space begins from rest"));
+namespace {
+
+/// At rest on the ground, and pushed.
+Problem pushed(const std::string& push, const char* end, SceneWords own = {}) {
+  own.insert(own.end(), {{"VX", "0"},
+                         {"VY", "0"},
+                         {"GIVEN", ""},
+                         {"CONTACT", "closed = true\nalong_m = 0\nacross_m = 0"},
+                         {"END", end},
+                         {"MORE", "[force.push]\npoint = \"P\"\n" + push},
+                         {"PARAMETERS",
+                          "\"contact.floor.friction_coefficient\", \"mass.P.mass_kg\", \"force.push.k\", "
+                          "\"force.push.w\""}});
+  return point(own);
+}
+
+}  // namespace
+
+TEST_CASE("hessian slips: a point begins to slide from rest, against its closed form", "[events]") {
+  // Both forces grow with time: from t0 = mu m g/|c| on they leave |c| (t - t0) along c.
+  const auto psi = [](const long double* r) {
+    const long double c = std::hypot(r[2], r[3]), left = 0.8L - r[0] * r[1] * 9.81L / c;
+    return (r[2] + 2 * r[3]) * left * left * left / (6 * r[1]);
+  };
+  check_closed(pushed("k = 12\nw = 7\nformula_x_N = \"k*t\"\nformula_y_N = \"w*t\"", "0.8"), psi,
+               {3e-4L, 2e-3L, 1e-2L, 1e-2L});
+}
+
+TEST_CASE("hessian slips: slips begin from rest, turn, stop and begin again", "[events]") {
+  for (const char* end : {"0.8", "3"}) {
+    CAPTURE(end);
+    check_by_differences(
+        pushed("k = 7\nw = 3\nformula_x_N = \"k*sin(w*t)\"\nformula_y_N = \"1.2*sin(2*t + 0.3)\"", end), 1e-6);
+  }
+}
+
+TEST_CASE("hessian slips: a block is pulled from rest until it stops", "[events]") {
+  const std::string across = "[[cost.terminal]]\nkind = \"value\"\noutput = \"block.y\"\n";
+  for (const char* end : {"0.4", "1.5"}) {
+    CAPTURE(end);
+    check_by_differences(unconfirmed(pulled_block({{"END", end}, {"RTOL", "1e-10"}, {"MORE", across}})), 1e-6,
+                         {"index1", "baumgarte"});
+  }
+}
+
+TEST_CASE("hessian slips: what begins to slide as it lands is refused", "[events]") {
+  // It sticks as it strikes, and then the push is beyond the limit.
+  Problem p = pushed("k = 700\nw = 1\nformula_x_N = \"k*w*t^2\"", "0.3",
+                     {{"HEIGHT", "0.05"}, {"CONTACT", ""}, {"GIVEN", R"("P.x", "P.y", "P.z")"}});
+  CHECK_THROWS_WITH(hessian(p, p.parameters.values()),
+                    Contains("'contact.floor: touch'") && Contains("lets a slip in space begin from rest"));
 }

@@ -36,6 +36,7 @@ class HessianEquations {
   /// np x k: one direction of the parameters a column.
   void set_directions(const Eigen::MatrixXd& directions);
   int directions() const { return static_cast<int>(directions_.cols()); }
+  const Eigen::MatrixXd& direction_columns() const { return directions_; }
   int parameter_count() const { return assembly_.np(); }
   /// Of (q, v, z), which come in this order; a tangent and an adjoint have as many entries.
   int state_size() const { return 2 * n_ + nz_; }
@@ -103,6 +104,8 @@ class HessianEquations {
   };
   /// Of an event whose y is there behind it, too, and of a known time whose y is there before it: what is behind.
   void cross_tangents(const Jumps& jumps, Event& event);
+  /// Where a rigid contact lets go or begins to slide: how the instant moves along each direction.
+  Eigen::VectorXd bend_shifts(const Jumps& jumps, const Event& event);
   /// mu, dmu, gradient and products behind the event become those before it.
   void cross_event(const Jumps& jumps, const Event& event, double* mu, double* dmu, double* gradient, double* products);
   /// The end of the motion is where this happens; the cost holds end_term() of it.

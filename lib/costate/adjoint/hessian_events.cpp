@@ -193,6 +193,17 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   }
 }
 
+VectorXd HessianEquations::bend_shifts(const Jumps& jumps, const Event& e) {
+  evaluate(e.near_before, e.state_before.data(), e.state_before.data() + state_size());
+  StateView before = view(e.t, e.before.data());
+  before.lambda = level_.lambda();
+  const MotionEvents::Gradient h = jumps.events->begin_second(e.event, before, side_of(flow()));
+  const VectorXd rates = acceleration_rates(assembly_, level_).tail(m_);
+  const double h_rate = h.lambda.dot(rates);
+  require_crossing(e.t, jumps.events->name(e.event), h_rate, h.lambda.cwiseAbs().dot(rates.cwiseAbs()));
+  return -(accelerations_.bottomRows(m_).transpose() * h.lambda + directions_.transpose() * h.rho) / h_rate;
+}
+
 void HessianEquations::cross_bend_of_contact(const Jumps& jumps, const Event& e, const double* mu, double* dmu,
                                              double* products) {
   const int N = state_size(), np = parameter_count();
@@ -200,19 +211,11 @@ void HessianEquations::cross_bend_of_contact(const Jumps& jumps, const Event& e,
   evaluate(e.near_after, e.state_after.data(), e.state_after.data() + N);
   Flow plus = flow(), minus;
   add_adjoint(weights, plus);
-  evaluate(e.near_before, e.state_before.data(), e.state_before.data() + N);
-  minus = flow();
+  const VectorXd dt = bend_shifts(jumps, e);
   add_adjoint(weights, minus);
-  StateView before = view(e.t, e.before.data());
-  before.lambda = level_.lambda();
-  const MotionEvents::Gradient h = jumps.events->begin_second(e.event, before, side_of(minus));
-  const VectorXd rates = acceleration_rates(assembly_, level_).tail(m_);
-  const double h_rate = h.lambda.dot(rates);
-  require_crossing(e.t, jumps.events->name(e.event), h_rate, h.lambda.cwiseAbs().dot(rates.cwiseAbs()));
   for (int j = 0; j < directions(); ++j) {
-    const double dt = -(h.lambda.dot(accelerations_.col(j).tail(m_)) + h.rho.dot(directions_.col(j))) / h_rate;
-    Map<VectorXd>(dmu + static_cast<std::ptrdiff_t>(j) * N, N) += dt * (plus.mup - minus.mup);
-    Map<VectorXd>(products + static_cast<std::ptrdiff_t>(j) * np, np) += dt * (minus.rho - plus.rho);
+    Map<VectorXd>(dmu + static_cast<std::ptrdiff_t>(j) * N, N) += dt[j] * (plus.mup - minus.mup);
+    Map<VectorXd>(products + static_cast<std::ptrdiff_t>(j) * np, np) += dt[j] * (minus.rho - plus.rho);
   }
 }
 

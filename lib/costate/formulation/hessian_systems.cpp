@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/adjoint/second_tangents.h"
 #include "costate/base/error.h"
+#include "costate/element/force/rigid_contact.h"
 #include "costate/level/unknown_names.h"
 
 namespace costate {
@@ -16,6 +18,8 @@ namespace {
 // to as much; the depth has seven digits there.
 // From this power on what is steep is not told from the rest.
 constexpr double kNearest = 0.0316, kAlikePowers = 2.95;
+// What has just begun from rest has the speed of its offset.
+constexpr double kAtRest = 2 * kSlidingOffset;
 
 [[noreturn]] void no_sensitivities() {
   throw CapabilityError("The passes of a Hessian have no sensitivities of their own; ask for the Hessian instead.");
@@ -80,6 +84,7 @@ TangentMotion::TangentMotion(HessianEquations& equations)
   if (!events_) return;
   events_->use(velocity_jump_.balance());
   events_->differentiate_between_steps();  // as the way back does
+  events_->carry_slips_from_rest();
 }
 
 void TangentMotion::end_segments_at(const std::vector<double>& times) {
@@ -104,6 +109,9 @@ void TangentMotion::jump(double t, double* y) {
     e.bends = events_->bends(e.event);
     if (e.bends && !events_->changes_alone(e.event, e.before.data() + 2 * n, e.after.data() + 2 * n))
       refuse(t, fmt::format("other contacts change in the instant of '{}'", events_->name(e.event)));
+    if (begins_from_rest(e) && !e.bends)
+      refuse(t, fmt::format("'{}' lets a slip in space begin from rest, in a direction that it decides",
+                            events_->name(e.event)));
   } else {
     refuse_sliding(t, y);
     e.by = Eigen::VectorXd::Zero(parameter_count());
@@ -125,6 +133,15 @@ void TangentMotion::refuse_sliding(double t, const double* y) {
 void TangentMotion::refuse(double t, const std::string& why) {
   throw CapabilityError(fmt::format(
       "At t = {:.9g} s {}: second derivatives are not carried across. Differences of gradients tell them.", t, why));
+}
+
+bool TangentMotion::begins_from_rest(const HessianEquations::Event& e) {
+  return e.event >= 0 && events_->may_slip_in_space() &&
+         events_->slowest_in_space(newton_.kinematic_state(e.behind, e.after.data())).speed <= kAtRest;
+}
+
+bool TangentMotion::stops_slip(const HessianEquations::Event& e) const {
+  return e.event >= 0 && events_->stops_slip(e.event, e.before.data() + 2 * assembly_.n());
 }
 
 std::string TangentMotion::name_of(const HessianEquations::Event& event) const {
@@ -231,24 +248,32 @@ void HessianAdjoint::factor(double tau, const double*, double gamma) {
   newton_.factor(t, point_.data(), gamma * clock_rate(tau));
 }
 
-void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {
-  const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
-  for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
-  std::vector<double> products(static_cast<std::size_t>((columns_ - 1) * np), 0);
-  equations_.cross_bend(bend, unscaled_.data(), unscaled_.data() + N, products.data());
-  for (int i = N; i < all; ++i) y[i] = unscaled_[static_cast<std::size_t>(i)] / scale_;
-  for (std::size_t i = 0; i < products.size(); ++i)
-    y[all + np + static_cast<int>(i)] += products[i] * parameter_scale_[i % static_cast<std::size_t>(np)] / scale_;
-}
-
-void HessianAdjoint::cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y) {
-  const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
+void HessianAdjoint::cross(double* y, const std::function<void(double* mu, double* added)>& carry) {
+  const int np = equations_.parameter_count(), all = columns_ * equations_.state_size();
   for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
   std::vector<double> added(static_cast<std::size_t>(columns_ * np), 0);
-  equations_.cross_event(jumps, event, unscaled_.data(), unscaled_.data() + N, added.data(), added.data() + np);
+  carry(unscaled_.data(), added.data());
   for (int i = 0; i < all; ++i) y[i] = unscaled_[static_cast<std::size_t>(i)] / scale_;
   for (std::size_t i = 0; i < added.size(); ++i)
     y[all + static_cast<int>(i)] += added[i] * parameter_scale_[i % static_cast<std::size_t>(np)] / scale_;
+}
+
+void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {
+  cross(y, [&](double* mu, double* added) {
+    equations_.cross_bend(bend, mu, mu + equations_.state_size(), added + equations_.parameter_count());
+  });
+}
+
+void HessianAdjoint::cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y) {
+  cross(y, [&](double* mu, double* added) {
+    equations_.cross_event(jumps, event, mu, mu + equations_.state_size(), added, added + equations_.parameter_count());
+  });
+}
+
+void HessianAdjoint::cross(const SecondStretchMap& map, double* y) {
+  cross(y, [&](double* mu, double* added) {
+    map.pull(mu, mu + equations_.state_size(), added, added + equations_.parameter_count());
+  });
 }
 
 void HessianAdjoint::start(double tau, double* y, Eigen::MatrixXd*) {

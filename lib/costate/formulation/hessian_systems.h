@@ -14,6 +14,8 @@
 
 namespace costate {
 
+struct SecondStretchMap;
+
 /// What both passes share: columns of the motion's size, and no sensitivities of their own.
 class HessianPass : public OdeSystem {
  public:
@@ -60,6 +62,10 @@ class TangentMotion final : public HessianPass {
   HessianEquations::Jumps jumps() { return {events_.get(), &instant_}; }
   /// "contact.floor: touch".
   std::string name_of(const HessianEquations::Event& event) const;
+  /// Whether a slip in space begins from rest there.
+  bool begins_from_rest(const HessianEquations::Event& event);
+  /// Or whether one stops.
+  bool stops_slip(const HessianEquations::Event& event) const;
 
   MechanismState mechanism_state(double t, const double* y) override { return newton_.mechanism_state(t, y); }
   MechanismState kinematic_state(double t, const double* y) override { return newton_.kinematic_state(t, y); }
@@ -118,6 +124,8 @@ class HessianAdjoint final : public HessianPass {
   /// y behind a bend, or behind an event, becomes that before it.
   void cross(const HessianEquations::Bend& bend, double* y);
   void cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y);
+  /// y behind a stretch becomes that before it.
+  void cross(const SecondStretchMap& map, double* y);
   /// The end of the motion.
   void start(double tau, double* y, Eigen::MatrixXd* y_rho) override;
   /// psi gains w_q^T q at the motion's start.
@@ -126,6 +134,8 @@ class HessianAdjoint final : public HessianPass {
   void finish(double t, const double* y, double* gradient, double* products);
 
  private:
+  /// carry(mu and its changes, what gradient and products gain), of y.
+  void cross(double* y, const std::function<void(double* mu, double* added)>& carry);
   /// The motion's time, and the motion there in point_.
   double at(double tau);
   double at_time(double t);

@@ -178,7 +178,8 @@ bool begins_steeply(const HessianEquations::Event& event, int n) {
 HessianMotion run_hessian_motion(const Problem& problem, const std::vector<double>& rho, HessianEquations& equations,
                                  TangentMotion& forward) {
   const double t_start = problem.solver.t_start, t_end = problem.solver.t_end;
-  HessianMotion all{Trajectory(0, forward.size()), {}, {}, {}, 0, {}};  // all of the unknowns, the tangents among them
+  HessianMotion all{
+      Trajectory(0, forward.size()), {}, {}, {}, {}, 0, {}};  // all of the unknowns, the tangents among them
   std::vector<std::vector<BlockJump>> jumps;
   std::vector<Piece> pieces;
   const auto look = [&] {
@@ -224,6 +225,8 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   all.bends = bends_along(equations, all.trajectory, pieces, jumps);
   all.events = forward.met();
   look_beside(all.trajectory, equations, all.events);
+  all.slips = find_slip_maps(problem, equations, forward, all.trajectory, all.bends, all.events);
+  for (const SlipMap& s : all.slips) all.counters += s.counters;
   return all;
 }
 

@@ -8,6 +8,7 @@
 
 #include "costate/formulation/hessian_systems.h"
 #include "costate/formulation/step_plan.h"
+#include "costate/hessian/slip_maps.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/problem/problem.h"
 
@@ -17,6 +18,7 @@ struct HessianMotion {
   Trajectory trajectory;
   std::vector<HessianEquations::Bend> bends;    // in order
   std::vector<HessianEquations::Event> events;  // in order
+  std::vector<SlipMap> slips;                   // in order
   std::shared_ptr<const StepPlan> plan_back;    // for the run back
   long steps = 0;
   Counters counters;

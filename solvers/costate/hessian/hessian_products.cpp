@@ -92,27 +92,52 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   return psi;
 }
 
-/// Where the way back is taken across something: a bend, or an event.
+/// Where the way back is taken across something: a bend, or an event, with the stretch beside it on which a slip is
+/// slow.
 struct Crossing {
-  double t, before, after;
-  bool steep;       // rates of the adjoint may be infinite there,
-  double exponent;  // as those of a force d^n are
+  double t, from, before, after;  // it arrives at `from`, and goes on at t
+  bool steep;                     // rates of the adjoint may be infinite there,
+  double exponent;                // as those of a force d^n are
   std::function<void(double* y)> cross;
 };
+
+/// With the event's stretch.
+void take_slip(const SlipMap& slip, HessianAdjoint& backward, Crossing& at) {
+  const auto carry = [&backward, &map = slip.map](double* y) { backward.cross(map, y); };
+  if (slip.from_rest) {
+    at.from = at.after = slip.end;
+    at.cross = carry;
+    return;
+  }
+  at.t = at.before = slip.begin;
+  at.cross = [event = at.cross, carry](double* y) {
+    event(y);
+    carry(y);
+  };
+}
 
 /// The last one first.
 std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAdjoint& backward,
                                    const HessianEquations::Jumps& jumps) {
   std::vector<Crossing> all;
   for (const auto& bend : motion.bends)
-    all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false, 2,
-                   [&](double* y) { backward.cross(bend, y); }});
+    all.push_back({0.5 * (bend.before + bend.after), 0.5 * (bend.before + bend.after), bend.before, bend.after, false,
+                   2, [&](double* y) { backward.cross(bend, y); }});
   for (const auto& event : motion.events) {
     const bool gives = begins_steeply(event, n);
     // What is steep counts up to the event itself.
     const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
-    all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,
-                   event.exponent, [&, jumps](double* y) { backward.cross(jumps, event, y); }});
+    Crossing at{event.t,
+                event.t,
+                gives ? event.t : event.near_before,
+                gives ? behind : event.near_after,
+                gives,
+                event.exponent,
+                [&, jumps](double* y) { backward.cross(jumps, event, y); }};
+    const auto slip =
+        std::find_if(motion.slips.begin(), motion.slips.end(), [&](const SlipMap& of) { return of.event == event.t; });
+    if (slip != motion.slips.end()) take_slip(*slip, backward, at);
+    all.push_back(std::move(at));
   }
   std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });
   for (std::size_t i = 0; i + 1 < all.size(); ++i)
@@ -139,7 +164,7 @@ std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, doubl
   std::vector<PieceBack> pieces;
   for (std::size_t i = 0; i <= crossings.size(); ++i) {
     const Crossing *behind = i > 0 ? &crossings[i - 1] : nullptr, *at = i < crossings.size() ? &crossings[i] : nullptr;
-    const double begin = behind ? t_end - behind->t : 0, end = t_end - (at ? at->t : t_start),
+    const double begin = behind ? t_end - behind->t : 0, end = t_end - (at ? at->from : t_start),
                  from = at ? at->after : t_start, to = behind ? behind->before : t_end, layer = kLayer * (end - begin),
                  first = behind && behind->steep ? begin + layer : begin, last = at && at->steep ? end - layer : end;
     if (first > begin) pieces.push_back({begin, first, from, to, Steep::at_begin, behind->exponent, nullptr});
@@ -200,6 +225,7 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
     y = back.run(nullptr, [&](std::size_t i, double* at) {
       if (pieces[i].cross) (*pieces[i].cross)(at);
       enter(pieces[i + 1]);
+      return pieces[i + 1].begin;
     });
   } catch (const SolverError& e) {
     throw SolverError(fmt::format("On the way back, its times counted from the end at {:.9g} s: {}", t_end, e.what()));

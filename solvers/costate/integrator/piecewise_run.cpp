@@ -25,7 +25,8 @@ void PiecewiseRun::count(CvodeSession& session) {
   add_session(counters_, session.counters());
 }
 
-std::vector<double> PiecewiseRun::run(Trajectory* motion, const std::function<void(std::size_t k, double* y)>& cross) {
+std::vector<double> PiecewiseRun::run(Trajectory* motion,
+                                      const std::function<double(std::size_t k, double* y)>& cross) {
   const double t_end = options_.t_end;
   SegmentStart start;
   for (std::size_t k = 0; k <= ends_.size(); ++k) {
@@ -50,7 +51,7 @@ std::vector<double> PiecewiseRun::run(Trajectory* motion, const std::function<vo
     start.restart = true;
     start.steps = counters_.steps;
     start.y.assign(session->y(), session->y() + system_.size());
-    if (k < ends_.size()) cross(k, start.y.data());
+    if (k < ends_.size()) start.t = cross(k, start.y.data());
   }
   options_.t_end = t_end;
   return start.y;

@@ -18,8 +18,8 @@ class PiecewiseRun {
                std::vector<double> ends);
 
   /// The unknowns at the end. `motion` (or null) is what it stores; `cross(k, y)` carries them over from piece k to the
-  /// next.
-  std::vector<double> run(Trajectory* motion, const std::function<void(std::size_t k, double* y)>& cross);
+  /// next, and gives the time at which that begins.
+  std::vector<double> run(Trajectory* motion, const std::function<double(std::size_t k, double* y)>& cross);
   const Counters& counters() const { return counters_; }
 
  private:

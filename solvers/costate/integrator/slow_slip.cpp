@@ -94,6 +94,20 @@ SlowSlip::Columns SlowSlip::rates(double t, const Columns& Y) {
   return F;
 }
 
+double SlowSlip::parts_of_slip() const {
+  const SparsePattern& pattern = assembly_.jacobian();
+  const std::vector<double>& J = assembly_.reaction_jacobian();
+  const double* v = level_.state().v;
+  std::vector<double> parts(static_cast<std::size_t>(m_), 0);
+  for (int j = 0; j < n_; ++j)
+    for (auto e = pattern.column_start[j]; e < pattern.column_start[j + 1]; ++e)
+      parts[static_cast<std::size_t>(pattern.row[e])] += std::abs(J[static_cast<std::size_t>(e)] * v[j]);
+  double largest = 0;
+  for (const auto& row : assembly_.sliding_rows())
+    largest = std::max(largest, parts[static_cast<std::size_t>(row.along)]);
+  return largest;
+}
+
 double SlowSlip::step(double t, double h, const Columns& Y, double speed, double rtol, Columns& next,
                       std::vector<Columns>& ks) {
   const ExplicitScheme& scheme = *find_explicit_scheme("dop853");
@@ -128,7 +142,7 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
   // What rounding makes of the direction, of what friction does in this step: w may be a difference of larger
   // velocities.
   const double turn = h * ks.front().col(0).segment(n_, n_).cwiseAbs().maxCoeff() / speed,
-               direction = kSlipRounding * largest[1] / speed * std::min(1.0, turn);
+               direction = kSlipRounding * parts_of_slip() / speed * std::min(1.0, turn);
   double worst = 0;
   for (int b = 0; b < 4; ++b)
     for (int j = 0; j < Y.cols(); ++j) {

@@ -32,6 +32,8 @@ class SlowSlip {
   /// (x, psi), then their tangents by x and by the parameters.
   using Columns = Eigen::MatrixXd;
   Columns rates(double t, const Columns& Y);
+  /// What w is the sum of, where rates() were evaluated last.
+  double parts_of_slip() const;
   /// Of the step of h from (t, Y), in units of the tolerance; `next` behind it, `ks` its stages.
   double step(double t, double h, const Columns& Y, double speed, double rtol, Columns& next, std::vector<Columns>& ks);
   /// Until |w| falls to `slowest`, or, with none, the stretch ends: false where |w| grows again before.

@@ -23,7 +23,7 @@ struct WatchedGuard {
   bool ready = false;      // seen on the side from which it crosses
   double last = std::numeric_limits<double>::quiet_NaN();  // its value at the last look, if it was looked at
   double largest_slip = 0;                                 // of the stop of a slip in space that goes on
-  double largest_in_space = 0, offset[2] = {0, 0};        // likewise, of a slip in space with this offset
+  double largest_in_space = 0, offset[2] = {0, 0};         // likewise, of a slip in space with this offset
   std::optional<GapTrace> gap = {};
   GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(), {}};  // of the gap, where the step before has ended
 };

@@ -2,8 +2,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <numeric>
 
 #include "costate/assembly/packed_state.h"
+#include "costate/linear/dense_block.h"
 
 namespace costate {
 
@@ -125,7 +127,7 @@ Tangents SecondTangents::begin(const HessianEquations::Event& event, const Vecto
 //   dv -= B (J B)^-1 C (dx, drho),   B = J^T of this motion, for those beside it, too,
 // which have no slip: others would have 1/|w|^2 in their changes. What the event sets depends on nothing before it.
 void SecondTangents::hold(const HessianEquations::Event& event, Tangents& tangents) {
-  const int m = assembly_.m(), np = M_ - N_;
+  const int m = assembly_.m();
   MatrixXd& first = tangents[0];
   for (int i = 2 * n_; i < N_; ++i)
     if (event.before[static_cast<std::size_t>(i)] != event.after[static_cast<std::size_t>(i)]) first(i, i) = 0;
@@ -140,23 +142,18 @@ void SecondTangents::hold(const HessianEquations::Event& event, Tangents& tangen
   const StateView s = level_.state();
   Assembly::ParameterColumns columns;
   assembly_.calc_parameter_columns(s, columns);
-  const auto add_row = [&](const std::vector<double>& values, int r, auto out) {
-    const SparsePattern& pattern = assembly_.jacobian();
-    for (int j = 0; j < n_; ++j)
-      for (auto e = pattern.column_start[j]; e < pattern.column_start[j + 1]; ++e)
-        if (pattern.row[e] == r) out[j] += values[static_cast<std::size_t>(e)];
-  };
   std::vector<int> held;
   for (int r = 0; r < m; ++r)
     if (before[static_cast<std::size_t>(r)] && !after[static_cast<std::size_t>(r)]) held.push_back(r);
   const auto count = static_cast<Eigen::Index>(held.size());
-  MatrixXd C = MatrixXd::Zero(count, M_), dC = C;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const int r = held[static_cast<std::size_t>(i)];
-    add_row(assembly_.phid_q, r, C.row(i));
-    add_row(assembly_.phi_q, r, C.row(i).segment(n_, n_));
-    C.row(i).tail(np) = columns.phid.row(r);
-  }
+  std::vector<int> all(static_cast<std::size_t>(n_));
+  std::iota(all.begin(), all.end(), 0);
+  const auto rows_of = [&](const std::vector<double>& values) {
+    return dense_block(assembly_.jacobian(), values.data(), held, all);
+  };
+  MatrixXd C(count, M_), dC = MatrixXd::Zero(count, M_);
+  C << rows_of(assembly_.phid_q), rows_of(assembly_.phi_q), MatrixXd::Zero(count, N_ - 2 * n_),
+      columns.phid(held, Eigen::all);
   const MatrixXd J = C.middleCols(n_, n_), B = J.transpose(), G = B * (J * B).inverse();
   first.middleRows(n_, n_) -= G * C;
   const std::vector<double> rest(static_cast<std::size_t>(n_ + m), 0);

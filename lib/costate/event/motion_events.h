@@ -130,8 +130,8 @@ class MotionEvents {
   /// limit, or -1. Throws CapabilityError where another one does behind it, or what has landed: directions are not
   /// differentiated there.
   int begins_from_rest(int event, const StateView& before, const double* z_after) const;
-  /// Of slips in space: the smallest |w|, and its smallest part of the largest that its slip has had at the looks so
-  /// far; infinite without any.
+  /// Of slips in space, but for feet that were given velocities beside others: the smallest |w|, and its smallest part
+  /// of the largest that its slip has had at the looks so far; infinite without any.
   struct Slowest {
     double speed = std::numeric_limits<double>::infinity(), part = speed;
   };

@@ -178,8 +178,8 @@ bool begins_steeply(const HessianEquations::Event& event, int n) {
 HessianMotion run_hessian_motion(const Problem& problem, const std::vector<double>& rho, HessianEquations& equations,
                                  TangentMotion& forward) {
   const double t_start = problem.solver.t_start, t_end = problem.solver.t_end;
-  HessianMotion all{
-      Trajectory(0, forward.size()), {}, {}, {}, {}, 0, {}};  // all of the unknowns, the tangents among them
+  // All of the unknowns, the tangents among them.
+  HessianMotion all{Trajectory(0, forward.size()), {}, {}, {}, {}, 0, {}};
   std::vector<std::vector<BlockJump>> jumps;
   std::vector<Piece> pieces;
   const auto look = [&] {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
@@ -41,6 +42,8 @@ class Steps {
     system_.changes(end, last.data(), MatrixXd::Identity(N_, tangents[0].cols()), psi_);
     for (MatrixXd& of : psi_) of *= end - t;
     const double begin = t;
+    speed_ = slip(t, x);
+    evaluate(t, x, tangents, begin_);
     for (steps_ = 0; t < end; ++steps_) {
       if (steps_ > kMostSteps || !(t + h > t))
         throw CapabilityError(
@@ -53,17 +56,29 @@ class Steps {
       const double factor = error > 0 ? kSafety * std::pow(error, -1.0 / (scheme_.stages + 1)) : kGrowth;
       h *= std::clamp(factor, kCut, error <= 1 ? kGrowth : 0.9);
       if (error > 1) continue;
-      const double before = slip(t, x);
       t = ends ? end : t + taken;
       x = x_after_;
       tangents = after_;
-      h *= std::min(1.0, slip(t, x) / before);  // on the way to a stop steps are as what is left of it
+      std::swap(begin_, end_);
+      const double before = std::exchange(speed_, slip(t, x));
+      h *= std::min(1.0, speed_ / before);  // on the way to a stop steps are as what is left of it
     }
   }
   long steps() const { return steps_; }
   long factorizations() const { return factorizations_; }
 
  private:
+  /// A point of the way: x', the equations' blocks (SecondTangents::changes()), and the tangents' rates.
+  struct Point {
+    VectorXd f;
+    Tangents of, rates;
+  };
+  void evaluate(double t, const VectorXd& x, const Tangents& tangents, Point& at) {
+    MatrixXd A;
+    system_.rates(t, x.data(), at.f, A);
+    system_.changes(t, x.data(), tangents[0], at.of);
+    at.rates = system_.tangent_rates(at.of, tangents);
+  }
   /// x and the tangents behind the step of h; its error in tolerances, infinite where it has no solution.
   double attempt(double t, double h, const VectorXd& x, const Tangents& tangents) {
     const int s = scheme_.stages;
@@ -80,7 +95,6 @@ class Steps {
       lu.compute(K);
       ++factorizations_;
     };
-    const double speed = slip(t, x);
     double last = kForever;
     for (int iteration = 0;; ++iteration) {
       if (iteration == kMostIterations) return kForever;
@@ -96,7 +110,7 @@ class Steps {
       double size = 0;
       for (int i = 0; i < s; ++i) {
         at(X, i) += change.segment(i * N_, N_);
-        size = std::max(size, measure(change.segment(i * N_, N_), x, speed));
+        size = std::max(size, measure(change.segment(i * N_, N_), x));
       }
       if (size > 2 * last) return kForever;
       if (size < 1e-9 || (size >= 0.3 * last && size < 1)) break;
@@ -107,7 +121,7 @@ class Steps {
     factor();
     x_after_ = at(X, s - 1);
     // S, then its changes, of which the stages' rates need S.
-    const Eigen::Index M = tangents[0].cols(), count = static_cast<Eigen::Index>(tangents.size());
+    const Eigen::Index M = tangents[0].cols();
     const auto stages_of = [&](const MatrixXd& from, const std::vector<MatrixXd>& forcing) {
       MatrixXd right(s * N_, M);
       for (int i = 0; i < s; ++i) {
@@ -128,44 +142,41 @@ class Steps {
       at(stage, i)[0].topRows(N_) = solved.middleRows(i * N_, N_);
       system_.changes(scheme_.time(i, t, h, t + h), at(X, i).data(), at(stage, i)[0], at(of, i));
     }
-    for (Eigen::Index k = 1; k < count; ++k) {
-      for (int i = 0; i < s; ++i) {
-        Tangents alone = at(stage, i);
-        at(forcing, i) = system_.tangent_rates(at(of, i), alone)[static_cast<std::size_t>(k)];
-      }
-      solved = stages_of(tangents[static_cast<std::size_t>(k)], forcing);
-      for (int i = 0; i < s; ++i) at(stage, i)[static_cast<std::size_t>(k)].topRows(N_) = solved.middleRows(i * N_, N_);
+    const auto rates_of = [&] {
+      std::vector<Tangents> rates;
+      for (int i = 0; i < s; ++i) rates.push_back(system_.tangent_rates(at(of, i), at(stage, i)));
+      return rates;
+    };
+    const std::vector<Tangents> of_first = rates_of();  // what S makes of the changes' rates, which are zero yet
+    for (std::size_t k = 1; k < tangents.size(); ++k) {
+      for (int i = 0; i < s; ++i) at(forcing, i) = at(of_first, i)[k];
+      solved = stages_of(tangents[k], forcing);
+      for (int i = 0; i < s; ++i) at(stage, i)[k].topRows(N_) = solved.middleRows(i * N_, N_);
     }
-    std::vector<Tangents> rates;
-    for (int i = 0; i < s; ++i) rates.push_back(system_.tangent_rates(at(of, i), at(stage, i)));
+    const std::vector<Tangents> rates = rates_of();
     after_ = at(stage, s - 1);
     for (std::size_t k = 0; k < tangents.size(); ++k) {
       after_[k].row(N_) = tangents[k].row(N_);
       for (int i = 0; i < s; ++i) after_[k].row(N_) += h * scheme_.weight(i) * at(rates, i)[k].row(N_);
     }
-    return error(t, h, x, tangents, f, rates, speed);
+    end_ = {f.back(), of.back(), rates.back()};
+    return error(h, x, tangents, f, rates);
   }
 
-  double error(double t, double h, const VectorXd& x, const Tangents& tangents, const std::vector<VectorXd>& f,
-               const std::vector<Tangents>& rates, double speed) {
-    VectorXd f0;
-    MatrixXd A0;
-    Tangents of;
-    system_.rates(t, x.data(), f0, A0);
-    system_.changes(t, x.data(), tangents[0], of);
-    const Tangents rates0 = system_.tangent_rates(of, tangents);
+  double error(double h, const VectorXd& x, const Tangents& tangents, const std::vector<VectorXd>& f,
+               const std::vector<Tangents>& rates) const {
     const double filter = scheme_.filter / h;
-    const MatrixXd K = filter * MatrixXd::Identity(N_, N_) - A0.leftCols(N_);
+    const MatrixXd K = filter * MatrixXd::Identity(N_, N_) - begin_.of[0].topLeftCorner(N_, N_);
     const Eigen::PartialPivLU<MatrixXd> lu(K);
     const auto filtered = [&](MatrixXd e) {
       e.topRows(N_) = lu.solve(filter * e.topRows(N_)).eval();
       return e;
     };
-    VectorXd e = h * scheme_.error[0] * f0;
+    VectorXd e = h * scheme_.error[0] * begin_.f;
     for (std::size_t i = 0; i < f.size(); ++i) e += h * scheme_.error[i + 1] * f[i];
-    double worst = measure(lu.solve(filter * e), x, speed);
+    double worst = measure(lu.solve(filter * e), x);
     for (std::size_t k = 0; k < tangents.size(); ++k) {
-      MatrixXd e_k = h * scheme_.error[0] * rates0[k];
+      MatrixXd e_k = h * scheme_.error[0] * begin_.rates[k];
       for (std::size_t i = 0; i < rates.size(); ++i) e_k += h * scheme_.error[i + 1] * rates[i][k];
       worst = std::max(worst,
                        measure_tangents(filtered(e_k), tangents[k], after_[k], psi_[k].row(N_).cwiseAbs().maxCoeff()));
@@ -175,14 +186,14 @@ class Steps {
   }
 
   /// In tolerances: of positions, of velocities by what the slip has, of states.
-  double measure(const VectorXd& e, const VectorXd& x, double speed) const {
+  double measure(const VectorXd& e, const VectorXd& x) const {
     const int n = motion_.assembly().n();
     const auto part = [&](int first, int count, double size) {
       return count == 0 ? 0.0 : e.segment(first, count).cwiseAbs().maxCoeff() / (rtol_ * size);
     };
     const double rounding = 1e-4 * x.cwiseAbs().maxCoeff();
     return std::max({part(0, n, std::max(1e-3, x.head(n).cwiseAbs().maxCoeff())),
-                     part(n, n, kOfSpeed * speed + kRounding * x.segment(n, n).cwiseAbs().maxCoeff() / rtol_),
+                     part(n, n, kOfSpeed * speed_ + kRounding * x.segment(n, n).cwiseAbs().maxCoeff() / rtol_),
                      part(2 * n, N_ - 2 * n, 1 + rounding)});
   }
   /// Each column by its own blocks of positions, velocities, states and psi, in units of its size; psi's is at least
@@ -217,6 +228,8 @@ class Steps {
   double rtol_;
   int N_;
   long steps_ = 0, factorizations_ = 0;
+  double speed_ = 0;   // |w| where the step begins
+  Point begin_, end_;  // of the step
   VectorXd x_after_;
   Tangents after_, psi_;  // psi_: what its rates come to
 };

@@ -216,9 +216,8 @@ void RunWatch::judge(GradientResult& result, const AdjointGrowth& growth, const 
   const double of_psi = result.psi != 0 ? growth.change() / std::abs(result.psi) : part;
   if ((part <= kFewDigits && of_psi <= 1) || growth.change() <= kAbsolute * problem_.solver.absolute()) return;
   const std::string text = fmt::format(
-      "An error of the size of the tolerance (rtol {:g}) at t = {:.6g} s changes psi by {:.2g}, most by {}, where psi "
-      "is "
-      "{:.6g}",
+      "An error of the size of the tolerance (rtol {:g}) at t = {:.6g} s changes psi by {:.2g}, most by {}, where "
+      "psi is {:.6g}",
       problem_.solver.rtol, growth.time(), growth.change(), growth.worst(), result.psi);
   // What makes much of an error is as a rule what the motion has just met.
   std::string behind;

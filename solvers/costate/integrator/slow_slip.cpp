@@ -95,13 +95,11 @@ SlowSlip::Columns SlowSlip::rates(double t, const Columns& Y) {
 }
 
 double SlowSlip::parts_of_slip() const {
-  const SparsePattern& pattern = assembly_.jacobian();
-  const std::vector<double>& J = assembly_.reaction_jacobian();
-  const double* v = level_.state().v;
-  std::vector<double> parts(static_cast<std::size_t>(m_), 0);
-  for (int j = 0; j < n_; ++j)
-    for (auto e = pattern.column_start[j]; e < pattern.column_start[j + 1]; ++e)
-      parts[static_cast<std::size_t>(pattern.row[e])] += std::abs(J[static_cast<std::size_t>(e)] * v[j]);
+  std::vector<double> J = assembly_.reaction_jacobian(), v(level_.state().v, level_.state().v + n_),
+                      parts(static_cast<std::size_t>(m_), 0);
+  for (auto* of : {&J, &v})
+    for (double& x : *of) x = std::abs(x);
+  add_product(assembly_.jacobian(), J.data(), 1, v.data(), parts.data());
   double largest = 0;
   for (const auto& row : assembly_.sliding_rows())
     largest = std::max(largest, parts[static_cast<std::size_t>(row.along)]);

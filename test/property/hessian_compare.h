@@ -77,14 +77,15 @@ void check_closed(const Problem& p, const Psi& psi, const std::vector<long doubl
 /// gradients by another integrator, which are known to what their extrapolation changes, three times. A lost term is
 /// 1e-3 and more.
 inline void check_by_differences(Problem p, double exact,
-                                 const std::vector<std::string>& formulations = {"index1", "baumgarte", "penalty"}) {
+                                 const std::vector<std::string>& formulations = {"index1", "baumgarte", "penalty"},
+                                 const std::string& method = "idas-adjoint") {
   const auto rho = p.parameters.values();
   Problem tight = p;
   tight.solver.rtol = 1e-12;
   tight.formulation = "baumgarte";
   // Steps of 8e-4 of the scales: what is left of a contact's or a kink's fourth order is nothing then.
   for (Parameter& parameter : tight.parameters.parameters) parameter.scale *= 0.2;
-  const Hessian expected = hessian_by_differences(tight, "idas-adjoint", rho);
+  const Hessian expected = hessian_by_differences(tight, method, rho);
   REQUIRE(expected.asymmetry < 1e-3);
   for (const std::string& formulation : formulations) {
     p.formulation = formulation;

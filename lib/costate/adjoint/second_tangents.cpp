@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "costate/assembly/packed_state.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/linear/dense_block.h"
 
 namespace costate {
@@ -16,6 +17,17 @@ using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 using Tangents = std::vector<MatrixXd>;
 }  // namespace
+
+Tangents tangent_rates(const Tangents& of, const Tangents& tangents) {
+  const Eigen::Index N = of[0].rows() - 1, M = of[0].cols();
+  MatrixXd S = MatrixXd::Zero(M, M);  // (S, drho)
+  S.topRows(N) = tangents[0].topRows(N);
+  S.bottomRightCorner(M - N, M - N).setIdentity();
+  Tangents out{of[0] * S};
+  for (std::size_t k = 1; k < tangents.size(); ++k)
+    out.push_back(of[k] * S + of[0].leftCols(N) * tangents[k].topRows(N));
+  return out;
+}
 
 void SecondStretchMap::pull(double* mu, double* dmu, double* gradient, double* products) const {
   const Eigen::Index N = X.rows(), np = X.cols() - N;
@@ -53,17 +65,14 @@ SecondTangents::SecondTangents(const HessianEquations& of, const Objective& obje
   combined_.bottomRows(M_ - N_) = of.direction_columns();
 }
 
-MatrixXd SecondTangents::with_parameters(const MatrixXd& S) const {
-  MatrixXd whole = MatrixXd::Zero(M_, M_);
-  whole.topRows(N_) = S.topRows(N_);
-  whole.bottomRightCorner(M_ - N_, M_ - N_).setIdentity();
-  return whole;
-}
-
 void SecondTangents::rates(double t, const double* x, VectorXd& f, MatrixXd& A) {
   f.resize(N_);
   A.resize(N_, M_);
   all_.motion(t, x, unit_.data(), f.data(), A.data());
+}
+
+double SecondTangents::parts_of_slips(const double* x) const {
+  return costate::parts_of_slips(all_.assembly(), x + n_);
 }
 
 // With L = g + w^T f at fixed w the change of L_x is what that of an adjoint of w has: w = e_i, less w = 0, gives row i
@@ -91,14 +100,6 @@ void SecondTangents::changes(double t, const double* x, const MatrixXd& S, Tange
     }
     for (int k = 0; k < k_; ++k) all[static_cast<std::size_t>(1 + k)].row(of_psi ? N_ : i) = change.col(k).transpose();
   }
-}
-
-Tangents SecondTangents::tangent_rates(const Tangents& of, const Tangents& tangents) const {
-  const MatrixXd S = with_parameters(tangents[0]);
-  Tangents out{of[0] * S};
-  for (std::size_t k = 1; k < tangents.size(); ++k)
-    out.push_back(of[k] * S + of[0].leftCols(N_) * tangents[k].topRows(N_));
-  return out;
 }
 
 Tangents SecondTangents::begin(const std::vector<double>& y) {

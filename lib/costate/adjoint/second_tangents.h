@@ -20,6 +20,10 @@ struct SecondStretchMap {
   void pull(double* mu, double* dmu, double* gradient, double* products) const;
 };
 
+/// The rates of S and its changes: of (f_x, f_rho; g_x, g_rho) and its changes, (N + 1) x M each.
+std::vector<Eigen::MatrixXd> tangent_rates(const std::vector<Eigen::MatrixXd>& of,
+                                           const std::vector<Eigen::MatrixXd>& tangents);
+
 class SecondTangents {
  public:
   /// At these parameters, of the stabilization and along the directions of `of`.
@@ -36,18 +40,15 @@ class SecondTangents {
   std::vector<Eigen::MatrixXd> begin(const std::vector<double>& y);
   /// x' and (f_x, f_rho), N x M.
   void rates(double t, const double* x, Eigen::VectorXd& f, Eigen::MatrixXd& A);
+  /// What w is the sum of (parts_of_slips()) where rates() were evaluated last, which was at x.
+  double parts_of_slips(const double* x) const;
   /// (f_x, f_rho; g_x, g_rho) and its changes as x changes by S's part along the directions, (N + 1) x M each.
   void changes(double t, const double* x, const Eigen::MatrixXd& S, std::vector<Eigen::MatrixXd>& all);
-  /// The rates of S and its changes: from those of changes().
-  std::vector<Eigen::MatrixXd> tangent_rates(const std::vector<Eigen::MatrixXd>& of,
-                                             const std::vector<Eigen::MatrixXd>& tangents) const;
   /// S along the directions, N x k.
   Eigen::MatrixXd along(const Eigen::MatrixXd& S) const { return S.topRows(N_) * combined_; }
   SecondStretchMap map(const std::vector<Eigen::MatrixXd>& tangents) const;
 
  private:
-  /// (S, drho): M x M.
-  Eigen::MatrixXd with_parameters(const Eigen::MatrixXd& S) const;
   void hold(const HessianEquations::Event& event, std::vector<Eigen::MatrixXd>& tangents);
 
   Assembly assembly_;

@@ -1,5 +1,6 @@
 #include "costate/assembly/slip_directions.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "costate/assembly/slip_turn.h"
@@ -80,6 +81,16 @@ int sliding_state(const Mechanism& mechanism, const Constraint& constraint) {
   return -1;
 }
 
+bool begins_slip_from_rest(const Mechanism& mechanism, const double* z_before, const double* z_after) {
+  for (const auto& constraint : mechanism.constraints()) {
+    const int state = constraint->rows() == 3 ? sliding_state(mechanism, *constraint) : -1;
+    if (state < 0 || std::abs(z_after[state]) < 0.5) continue;
+    const double *was = z_before + state + 1, *offset = z_after + state + 1;
+    if ((offset[0] != 0 || offset[1] != 0) && (offset[0] != was[0] || offset[1] != was[1])) return true;
+  }
+  return false;
+}
+
 bool slips_in_space(const Assembly& assembly) {
   for (std::size_t i = 0; i < assembly.sliding_rows().size(); ++i)
     if (slips_in_space(assembly, i)) return true;
@@ -115,6 +126,18 @@ void part_sliding_partials(const Assembly& assembly, const StateView& s, std::ve
       add_turned(assembly, slip, turning(assembly, s, slip), phid_q, phidd_q);
     });
   clear(phid_q);
+}
+
+double parts_of_slips(const Assembly& assembly, const double* v) {
+  std::vector<double> J = assembly.reaction_jacobian(), speeds(v, v + assembly.n()),
+                      parts(static_cast<std::size_t>(assembly.m()), 0);
+  for (auto* of : {&J, &speeds})
+    for (double& x : *of) x = std::abs(x);
+  add_product(assembly.jacobian(), J.data(), 1, speeds.data(), parts.data());
+  double largest = 0;
+  for (const auto& row : assembly.sliding_rows())
+    largest = std::max(largest, parts[static_cast<std::size_t>(row.along)]);
+  return largest;
 }
 
 void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v) {

@@ -13,6 +13,8 @@ bool may_slide_in_space(const Assembly& assembly);
 /// Of a constraint whose rows may slide: where the states of all forces say whether and how it does, z[state] with the
 /// offset behind it in space; of others -1.
 int sliding_state(const Mechanism& mechanism, const Constraint& constraint);
+/// Whether a contact begins to slide in space from rest, from one state of all forces to the other.
+bool begins_slip_from_rest(const Mechanism& mechanism, const double* z_before, const double* z_after);
 /// Whether a contact slides in space; and whether the i-th of the assembly's sliding rows is of one that does.
 bool slips_in_space(const Assembly& assembly);
 bool slips_in_space(const Assembly& assembly, std::size_t i);
@@ -22,6 +24,9 @@ void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assemb
 /// Of rows along which contacts slide: phid_q := 0, phidd_q := 0, in space (R2_k)_q, by their rates' phid_q.
 void part_sliding_partials(const Assembly& assembly, const StateView& s, std::vector<double>& phid_q,
                            std::vector<double>& phidd_q);
+/// The largest sum |J| |v| of all rows along which contacts slide: w is the sum of such parts, and known to their
+/// rounding.
+double parts_of_slips(const Assembly& assembly, const double* v);
 /// r2_v += (R2_k)_v of contacts that slide in space.
 void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v);
 /// For rows of rates in whose place those of friction stand: (R2_k)_q and (R2_k)_v of contacts that slide in space, on

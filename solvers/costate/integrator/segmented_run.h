@@ -75,7 +75,7 @@ class SegmentedRun {
   void follow_slow_slips() {
     if (!system_.may_slip_in_space()) return;
     system_.carry_slips_from_rest();
-    slow_ = std::make_unique<SlowStretches>(system_);
+    slow_ = std::make_unique<SlowStretches>(system_, options_.rtol, options_.absolute());
     slow_->begin(0, t_start_, session().y(), session().yp());
   }
   /// Once the run has come to its end at t: the stretches that it has found (or null).

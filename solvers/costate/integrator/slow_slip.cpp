@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/assembly/packed_state.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/discrete/explicit_scheme.h"
 #include "costate/element/force/rigid_contact.h"
@@ -26,6 +27,13 @@ constexpr double kSlipStopped = 1e-8;
 constexpr double kSlipGrows = 2;
 constexpr int kMostSlipSteps = 20000;
 constexpr double kSlipRounding = 16 * std::numeric_limits<double>::epsilon();
+
+[[noreturn]] void refuse_slow(double begin, long steps, double t) {
+  throw CapabilityError(
+      fmt::format("At t = {:.9g} s a slip in space is slow for so long that adjoints do not "
+                  "follow it: {} steps come to t = {:.9g} s. Take idas-forward or cvodes-forward.",
+                  begin, steps, t));
+}
 }  // namespace
 
 SlowSlip::SlowSlip(const Assembly& of_run, const Objective& objective, const MotionEvents::History& history,
@@ -48,8 +56,27 @@ SlowSlip::SlowSlip(const Assembly& of_run, const Objective& objective, const Mot
   events_.carry_slips_from_rest();
 }
 
-double SlowSlip::speed(double t, const Columns& Y) {
-  return events_.slowest_in_space(packed_view(t, Y.data(), n_)).speed;
+SlowSlip::Columns SlowSlip::start(const double* x) const {
+  Columns Y = Columns::Zero(size_ + 1, 1 + size_ + np_);
+  std::copy(x, x + size_, Y.data());
+  Y.block(0, 1, size_, size_).setIdentity();
+  return Y;
+}
+
+double SlowSlip::speed(double t, const Columns& Y) { return slip(t, Y.data()); }
+
+double SlowSlip::slip(double t, const double* x) { return events_.slowest_in_space(packed_view(t, x, n_)).speed; }
+
+double SlowSlip::parts_of_slips(const double* x) const { return costate::parts_of_slips(assembly_, x + n_); }
+
+void SlowSlip::rates(double t, const double* x, Eigen::VectorXd& f, Eigen::MatrixXd& A) {
+  const Columns F = column_rates(t, start(x));
+  f = F.col(0).head(size_);
+  A = F.rightCols(size_ + np_).topRows(size_);
+}
+
+void SlowSlip::changes(double t, const double* x, const Eigen::MatrixXd&, std::vector<Eigen::MatrixXd>& all) {
+  all.assign(1, column_rates(t, start(x)).rightCols(size_ + np_));
 }
 
 MotionEvents::Side SlowSlip::side(const StateView& s) {
@@ -61,7 +88,7 @@ MotionEvents::Side SlowSlip::side(const StateView& s) {
   return r;
 }
 
-SlowSlip::Columns SlowSlip::rates(double t, const Columns& Y) {
+SlowSlip::Columns SlowSlip::column_rates(double t, const Columns& Y) {
   Columns F = Columns::Zero(Y.rows(), Y.cols());
   level_.solve(packed_view(t, Y.data(), n_));
   level_.linearize();
@@ -91,19 +118,11 @@ SlowSlip::Columns SlowSlip::rates(double t, const Columns& Y) {
   F.row(size_).tail(size_ + np_) = g.transpose() * Y.rightCols(size_ + np_).topRows(size_) +
                                    cost_.a.transpose() * x.topRows(n_) + cost_.lambda.transpose() * x.bottomRows(m_);
   F.row(size_).tail(np_) += cost_.rho.transpose();
+  psi_parts_ = g.cwiseAbs().transpose() * Y.rightCols(size_ + np_).topRows(size_).cwiseAbs() +
+               cost_.a.cwiseAbs().transpose() * x.topRows(n_).cwiseAbs() +
+               cost_.lambda.cwiseAbs().transpose() * x.bottomRows(m_).cwiseAbs();
+  psi_by_reactions_ = cost_.lambda.cwiseAbs().dot(Eigen::Map<const Eigen::VectorXd>(s.lambda, m_).cwiseAbs());
   return F;
-}
-
-double SlowSlip::parts_of_slip() const {
-  std::vector<double> J = assembly_.reaction_jacobian(), v(level_.state().v, level_.state().v + n_),
-                      parts(static_cast<std::size_t>(m_), 0);
-  for (auto* of : {&J, &v})
-    for (double& x : *of) x = std::abs(x);
-  add_product(assembly_.jacobian(), J.data(), 1, v.data(), parts.data());
-  double largest = 0;
-  for (const auto& row : assembly_.sliding_rows())
-    largest = std::max(largest, parts[static_cast<std::size_t>(row.along)]);
-  return largest;
 }
 
 double SlowSlip::step(double t, double h, const Columns& Y, double speed, double rtol, Columns& next,
@@ -117,7 +136,8 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
   };
   ks.resize(1);
   for (int i = 1; i < scheme.stages; ++i)
-    ks.push_back(rates(t + scheme.c[static_cast<std::size_t>(i)] * h, Y + sum(scheme.a[static_cast<std::size_t>(i)])));
+    ks.push_back(
+        column_rates(t + scheme.c[static_cast<std::size_t>(i)] * h, Y + sum(scheme.a[static_cast<std::size_t>(i)])));
   next = Y + sum(scheme.weights());
   const Columns fine = sum(scheme.error), coarse = sum(scheme.error_low);
   // By blocks of x and psi. A tangent counts by what it changes: x by its own size, a parameter by its scale.
@@ -140,7 +160,8 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
   // What rounding makes of the direction, of what friction does in this step: w may be a difference of larger
   // velocities.
   const double turn = h * ks.front().col(0).segment(n_, n_).cwiseAbs().maxCoeff() / speed,
-               direction = kSlipRounding * parts_of_slip() / speed * std::min(1.0, turn);
+               rounding = kSlipRounding * costate::parts_of_slips(assembly_, level_.state().v) / speed,
+               direction = rounding * std::min(1.0, turn);
   double worst = 0;
   for (int b = 0; b < 4; ++b)
     for (int j = 0; j < Y.cols(); ++j) {
@@ -152,7 +173,12 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
       double allowed = rtol * size;
       if (j == 0 && b == 1) allowed = rtol * kOfSpeed * speed;
       if (b == 1) allowed += direction * (j == 0 ? speed : size);
-      if (error > 0) worst = std::max(worst, error / (allowed + kSlipRounding * (size + h * block(ks.front()))));
+      allowed += kSlipRounding * (size + h * block(ks.front()));
+      // Of how a column turns the direction, dw/|w| but for its part along it.
+      if (b == 3 && j > 0 && psi_parts_.size() > 0)
+        allowed += rounding * h *
+                   (psi_parts_[j - 1] + psi_by_reactions_ * Y.col(j).segment(n_, n_).cwiseAbs().maxCoeff() / speed);
+      if (error > 0) worst = std::max(worst, error / allowed);
       if (!std::isfinite(error)) return std::numeric_limits<double>::infinity();
     }
   return worst;
@@ -164,13 +190,9 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
   const bool stops = stretch.stop >= 0;
   double h = 0.1 * span, now = speed(t, Y), least = now;
   Columns next;
-  std::vector<Columns> ks{rates(t, Y)};
+  std::vector<Columns> ks{column_rates(t, Y)};
   for (int steps = 0; stops ? now > slowest : t < stretch.end; ++steps) {
-    if (steps > kMostSlipSteps)
-      throw CapabilityError(
-          fmt::format("At t = {:.9g} s a slip in space is slow for so long that adjoints do not "
-                      "follow it: {} steps come to t = {:.9g} s. Take idas-forward or cvodes-forward.",
-                      stretch.begin, steps, t));
+    if (steps > kMostSlipSteps) refuse_slow(stretch.begin, steps, t);
     if (t > far || !(t + 1e-3 * h > t)) return false;
     const bool last = !stops && h >= stretch.end - t;
     if (last) h = stretch.end - t;
@@ -179,7 +201,7 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
     if (error <= 1) {
       t = last ? stretch.end : t + h;
       Y = next;
-      ks.assign(1, rates(t, Y));
+      ks.assign(1, column_rates(t, Y));
       now = speed(t, Y);
       least = std::min(least, now);
       if (stops && now > kSlipGrows * least) return false;
@@ -209,20 +231,36 @@ void SlowSlip::cross(int event, double t, Columns& Y) {
   std::copy(after.begin(), after.end(), Y.data());
 }
 
+StretchMap SlowSlip::map_from_rest(const SlowStretch& stretch, double rtol) {
+  Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(stretch.before.data(), size_);
+  std::vector<Eigen::MatrixXd> tangents{Eigen::MatrixXd::Zero(size_ + 1, size_ + np_)};
+  tangents[0].topLeftCorner(size_, size_).setIdentity();
+  SlipSteps steps(*this, rtol, Eigen::MatrixXd(np_, 0));
+  const double t = steps.run(stretch.begin, stretch.end, x, tangents,
+                             Eigen::Map<const Eigen::VectorXd>(stretch.after.data(), size_));
+  if (t < stretch.end) refuse_slow(stretch.begin, steps.steps(), t);
+  StretchMap map;
+  map.before = stretch.before;
+  map.after = stretch.after;
+  map.X = tangents[0].topRows(size_);
+  map.c = tangents[0].row(size_).transpose();
+  return map;
+}
+
 StretchMap SlowSlip::map(const SlowStretch& stretch, double rtol) {
   const double fine = std::max(kSlipTolerance * rtol, kSlipSmallest);
-  Columns start = Columns::Zero(size_ + 1, 1 + size_ + np_), Y;
-  std::copy(stretch.before.begin(), stretch.before.end(), start.data());
-  start.block(0, 1, size_, size_).setIdentity();
+  if (stretch.from_rest) return map_from_rest(stretch, fine);
+  const Columns begin = start(stretch.before.data());
+  Columns Y;
   double t = 0;
   const auto reaches = [&](double slowest) {
     t = stretch.begin;
-    Y = start;
+    Y = begin;
     return run(stretch, slowest, fine, t, Y);
   };
   const bool stops = stretch.stop >= 0;
   // Where the run took it to stop it may be slow for a while and go on, by less than the run tells.
-  const double slow = std::min(0.5 * kSlidingOffset, kSlipStopped * speed(stretch.begin, start));
+  const double slow = std::min(0.5 * kSlidingOffset, kSlipStopped * speed(stretch.begin, begin));
   bool same = reaches(slow) || (stops && reaches(stretch.last_speed));
   if (same && stops) {
     cross(stretch.stop, t, Y);

@@ -1,8 +1,10 @@
 #include "costate/integrator/slow_stretches.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 
 #include "costate/assembly/packed_state.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -10,6 +12,10 @@ namespace costate {
 namespace {
 // Of the largest |w| of a slip: below it is slow, and above no longer.
 constexpr double kSlowPart = 1e-2, kFastPart = 2e-2;
+// Of the error of velocities: an adjoint loses the square of that, with a step.
+constexpr double kAboveErrors = 1e3;
+// Speeds of a slip from rest that are kept apart.
+constexpr double kFaster = 2;
 }  // namespace
 
 void SlowStretches::look(double t, const double* y, const double* yp, Point& at) {
@@ -20,10 +26,12 @@ void SlowStretches::look(double t, const double* y, const double* yp, Point& at)
   at.slowest = system_.slowest_in_space(s);
   at.y.clear();
   at.qvz.clear();
+  at.z.assign(s.z, s.z + nz);
   if (!(at.slowest.part < 2)) return;  // nothing slides in space
   at.y.assign(y, y + size);
   at.yp.assign(yp ? yp : y, yp ? yp + size : y);
   at.qvz = packed(s, n, nz);
+  at.error = rtol_ * Eigen::Map<const Eigen::VectorXd>(s.v, n).cwiseAbs().maxCoeff() + atol_;
 }
 
 void SlowStretches::open(const Point& at) {
@@ -46,21 +54,54 @@ void SlowStretches::close(double t, const double* y_after, const Point& after) {
   s.after = after.qvz;
 }
 
+void SlowStretches::open_from_rest(const Point& at) {
+  open(at);
+  all_.back().from_rest = true;
+  faster_.clear();
+  fastest_ = 0;
+}
+
+bool SlowStretches::finish_from_rest(double t, const double* y, const Point& here) {
+  const auto end = std::find_if(faster_.begin(), faster_.end(), [&](const Point& p) {
+    return p.slowest.speed > kFastPart * fastest_ && p.slowest.speed > kAboveErrors * p.error;
+  });
+  const bool found = end != faster_.end() && end->t <= t;
+  if (found)
+    close(end->t, end->y.data(), *end);
+  else
+    close(t, y, here);
+  return found;
+}
+
 void SlowStretches::begin(std::size_t session, double t, const double* y, const double* yp) {
   if (!possible_) return;
   session_ = session;
+  std::vector<double> z_before = std::move(now_.z);
   look(t, y, yp, now_);
+  z_before.resize(now_.z.size(), 0);
   previous_ = last_ = now_;
-  if (now_.slowest.part < kSlowPart) open(now_);
+  if (now_.qvz.empty()) return;
+  if (begins_slip_from_rest(system_.assembly().mechanism(), z_before.data(), now_.z.data()))
+    open_from_rest(now_);
+  else if (now_.slowest.part < kSlowPart)
+    open(now_);
 }
 
 void SlowStretches::step(double t, const double* y, const double* yp) {
   if (!possible_) return;
   look(t, y, yp, now_);
   const double part = now_.slowest.part;
+  const bool from_rest = goes_on_ && all_.back().from_rest;
+  if (from_rest) {
+    fastest_ = std::max(fastest_, now_.slowest.speed);
+    if (part < kSlowPart)
+      finish_from_rest(last_.t, last_.y.data(), last_);
+    else if (faster_.empty() || now_.slowest.speed > kFaster * faster_.back().slowest.speed)
+      faster_.push_back(now_);
+  }
   if (!goes_on_ && part < kSlowPart) open(last_);
-  if (goes_on_ && part > kFastPart) close(t, y, now_);
-  if (goes_on_) return;
+  if (goes_on_ && !all_.back().from_rest && part > kFastPart) close(t, y, now_);
+  if (goes_on_ && !from_rest) return;
   previous_ = std::move(last_);
   last_ = now_;
 }
@@ -73,6 +114,14 @@ void SlowStretches::part(double t, const double* y, const double* yp) {
   Point here;
   look(t, y, yp, here);
   if (here.qvz.empty()) return;
+  if (goes_on_ && all_.back().from_rest) {
+    if (finish_from_rest(t, y, here)) return;
+    std::vector<Point> later = std::move(faster_);
+    std::erase_if(later, [&](const Point& p) { return p.t <= t; });
+    open_from_rest(here);
+    faster_ = std::move(later);
+    return;
+  }
   const Stretch whole = all_.back();
   close(t, y, here);
   open(here);
@@ -87,10 +136,13 @@ void SlowStretches::part(double t, const double* y, const double* yp) {
 
 void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after, const double* yp_after) {
   if (!possible_) return;
+  const bool from_rest = goes_on_ && all_.back().from_rest,
+             rests = from_rest && !finish_from_rest(jump.t, jump.y.data(), now_);
   // The step that has ended with the jump's state is the last one that was looked at.
   const bool stops = jump.event >= 0 && !now_.qvz.empty() && now_.t == jump.t &&
                      system_.stops_slip(jump.event, now_.qvz.data() + 2 * system_.assembly().n());
-  if (stops && !goes_on_) open(previous_.qvz.empty() ? now_ : previous_);
+  const bool before = !previous_.qvz.empty() && !(from_rest && previous_.t < all_.back().end);
+  if (stops && !goes_on_) open(before ? previous_ : now_);
   if (stops) {
     all_.back().last_speed = now_.slowest.speed;
     all_.back().stop = jump.event;
@@ -103,13 +155,17 @@ void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after
     close(jump.t, jump.y.data(), now_);
   }
   begin(session_ + 1, t_after, y_after, yp_after);
+  if (rests && !goes_on_ && !now_.qvz.empty()) open_from_rest(now_);
 }
 
 void SlowStretches::end(double t, const double* y) {
   if (!goes_on_) return;
   Point here;
   look(t, y, nullptr, here);
-  close(t, y, here);
+  if (all_.back().from_rest)
+    finish_from_rest(t, y, here);
+  else
+    close(t, y, here);
 }
 
 const StretchMap& SlowStretches::map(std::size_t i, double rtol) {

@@ -1,6 +1,7 @@
 // Where along a run slips in space are slow (slow_slip.h): from the last step with |w| above a part of the largest that
-// the slip has had, until it stops, the session ends, or it is faster again. A stretch does not go beyond its session,
-// nor over a sample.
+// the slip has had, until it stops, the session ends, or it is faster again; and from where a slip begins from rest
+// until it is above such a part of the largest that follows, and well above errors. A stretch does not go beyond its
+// session, nor over a sample.
 #pragma once
 
 #include <memory>
@@ -21,7 +22,9 @@ class SlowStretches {
     std::shared_ptr<const StretchMap> map;
   };
 
-  explicit SlowStretches(System& system) : system_(system), possible_(system.may_slip_in_space()) {}
+  /// Of a run with these tolerances.
+  SlowStretches(System& system, double rtol, double atol)
+      : system_(system), rtol_(rtol), atol_(atol), possible_(system.may_slip_in_space()) {}
 
   /// Whether there can be any.
   bool possible() const { return possible_; }
@@ -44,16 +47,23 @@ class SlowStretches {
   struct Point {
     double t = 0;
     int mode = 0;
-    std::vector<double> y, yp, qvz;
+    std::vector<double> y, yp, qvz, z;
     MotionEvents::Slowest slowest;
+    double error = 0;  // of velocities
   };
   void look(double t, const double* y, const double* yp, Point& at);
   void open(const Point& at);
   void close(double t, const double* y_after, const Point& after);
+  void open_from_rest(const Point& at);
+  /// Closes the stretch from rest that goes on where it has been fast enough, at t at the latest; whether it has.
+  bool finish_from_rest(double t, const double* y, const Point& here);
 
   System& system_;
+  double rtol_, atol_;
   bool possible_, goes_on_ = false;
   std::size_t session_ = 0;
+  std::vector<Point> faster_;  // along the stretch from rest that goes on, each twice as fast as the one before
+  double fastest_ = 0;
   Point now_, last_, previous_;  // of this session: the last points at which nothing was slow
   std::vector<Stretch> all_;
   std::unique_ptr<SlowSlip> slip_;

@@ -14,6 +14,7 @@
 #include "costate/event/kept_states.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/event/time_of_change.h"
+#include "costate/event/unresolved_slip.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/mechanism/guarded_forces.h"
 #include "costate/mechanism/length_size.h"
@@ -286,6 +287,10 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to, cons
       }
       // A slip that turns by a right angle between two looks does not stop.
       if (turns && value(g, at(b)) > kWrongWay * fastest_ + kSlidingOffset) continue;
+      if (slowest_slip(g) > 0 && slip_error_.relative > 0 &&
+          UnresolvedSlip(g.largest_slip, slip_error_.relative, slip_error_.absolute).yet() &&
+          slides_from_rest(static_cast<int>(i), at(b)))
+        continue;
       if (!turns && meets_alike(g, at(b), 0)) {
         g.ready = false;
         continue;

@@ -245,8 +245,8 @@ class MotionEvents {
     int way = 0;       // of contact_ways.h
   };
   // In event/slow_slips.cpp.
-  /// Throws CapabilityError where a contact in space begins to slide from rest behind this event, unless that is
-  /// carried.
+  /// Whether a contact in space begins to slide from rest behind this event; a CapabilityError unless that is carried.
+  bool slides_from_rest(int event, const StateView& before);
   void refuse_slip_from_rest(int event, const StateView& before);
   bool stops_in_space(const GuardOf& g) const;
   /// Of each contact whether it comes to rest along the ground in the instant of this event: the event's own, and where

@@ -97,43 +97,42 @@ bool MotionEvents::slides_now(const GuardOf& g, const double* z) const {
                       [&](const ContactOf& other) { return &other != &c && other.part == c.part && closed(other); });
 }
 
-void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
-  if (carries_slips_from_rest_) return;
-  const GuardOf& g = of(event);
+bool MotionEvents::slides_from_rest(int event, const StateView& before) {
+  using Guard = UnilateralForce::Guard;
+  const ContactOf* own = contact_of(event);
+  if (!own || contact_guard(event) == Guard::release) return false;
+  if (contact_guard(event) == Guard::slip_forward) return slides_in_space(*own);
+  const auto spatial = [](const ContactOf& c) { return slides_in_space(c); };
+  if (std::none_of(contacts_.begin(), contacts_.end(), spatial)) return false;
+  // As cross_contact() has it.
   const int n = assembly_.n(), nz = assembly_.nz();
+  const bool touch = contact_guard(event) == Guard::touch;
+  if (touch || slides_in_space(*own)) strike(event, before);
+  std::vector<double> v(before.v, before.v + n), z(before.z, before.z + nz);
+  if (touch || slides_in_space(*own))
+    for (int i = 0; i < n; ++i) v[static_cast<std::size_t>(i)] += jump_[static_cast<std::size_t>(i)];
+  const auto state = [&](int i) -> double& { return z[static_cast<std::size_t>(i)]; };
+  for (const ContactOf& c : contacts_) {
+    if (!touch || c.part != own->part) continue;
+    if (c.closed_state >= 0) state(c.closed_state) = c.closed ? 1 : 0;
+    if (c.sliding_state >= 0) state(c.sliding_state) = c.slides;
+  }
+  StateView behind = before;
+  behind.v = v.data();
+  const std::vector<double> from = z;
+  settle(behind, z.data(), own->part, of(event).name, {}, touch ? std::vector<char>{} : stopping(event, before));
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [&](const ContactOf& c) { return spatial(c) && slip_begins(c, from.data(), z.data()); });
+}
+
+void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   // Behind it the direction turns the faster the slower the slip is: what there is between steps is too coarse.
-  const auto begins_to_slide = [&] {
-    using Guard = UnilateralForce::Guard;
-    const ContactOf* own = contact_of(event);
-    if (!own || contact_guard(event) == Guard::release) return false;
-    if (contact_guard(event) == Guard::slip_forward) return slides_in_space(*own);
-    const auto spatial = [](const ContactOf& c) { return slides_in_space(c); };
-    if (std::none_of(contacts_.begin(), contacts_.end(), spatial)) return false;
-    // As cross_contact() has it.
-    const bool touch = contact_guard(event) == Guard::touch;
-    if (touch || slides_in_space(*own)) strike(event, before);
-    std::vector<double> v(before.v, before.v + n), z(before.z, before.z + nz);
-    if (touch || slides_in_space(*own))
-      for (int i = 0; i < n; ++i) v[static_cast<std::size_t>(i)] += jump_[static_cast<std::size_t>(i)];
-    const auto state = [&](int i) -> double& { return z[static_cast<std::size_t>(i)]; };
-    for (const ContactOf& c : contacts_) {
-      if (!touch || c.part != own->part) continue;
-      if (c.closed_state >= 0) state(c.closed_state) = c.closed ? 1 : 0;
-      if (c.sliding_state >= 0) state(c.sliding_state) = c.slides;
-    }
-    StateView behind = before;
-    behind.v = v.data();
-    const std::vector<double> from = z;
-    settle(behind, z.data(), own->part, g.name, {}, touch ? std::vector<char>{} : stopping(event, before));
-    return std::any_of(contacts_.begin(), contacts_.end(),
-                       [&](const ContactOf& c) { return spatial(c) && slip_begins(c, from.data(), z.data()); });
-  };
-  if (begins_to_slide())
+  if (!carries_slips_from_rest_ && slides_from_rest(event, before))
     throw CapabilityError(
         fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods of explicit "
                     "steps do not carry: no step tells its direction where it is slow. Take idas, cvodes or "
                     "hand-derived methods, or discrete ones on radau5.",
-                    before.t, g.name));
+                    before.t, of(event).name));
 }
 
 int MotionEvents::begins_from_rest(int event, const StateView& before, const double* z_after) const {

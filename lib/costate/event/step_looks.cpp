@@ -6,6 +6,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/time_of_change.h"
+#include "costate/event/unresolved_slip.h"
 
 namespace costate {
 
@@ -13,9 +14,6 @@ namespace {
 // Looks within a step at guards that are no gaps, or whose gap may close in it: what crosses and comes back between two
 // of them is seen of gaps alone.
 constexpr int kLooks = 4;
-// Of errors of velocities: slower slips in space are not resolved. And of its largest speed, of which no slip is over
-// before.
-constexpr double kUnresolved = 10, kMostOfSlip = 0.1;
 // So many times as fast another foot of the body goes on.
 constexpr double kTurnsAbout = 3;
 // Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
@@ -30,8 +28,8 @@ std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, doub
     const GuardOf& g = guards_[i];
     const double slowest = slowest_slip(g);
     if (!g.ready || !(slowest > 0) || std::isnan(g.last)) continue;
-    const double least = std::min(kUnresolved * (slip_error_.relative * g.largest_slip + slip_error_.absolute),
-                                  kMostOfSlip * g.largest_slip);
+    const UnresolvedSlip slip(g.largest_slip, slip_error_.relative, slip_error_.absolute);
+    const double least = slip.least();
     const auto above = [&](double t) { return value(g, at(t)) + slowest > least; };
     if (above(to)) continue;
     // A foot about which the others of its body turn is slow, and does not stop for that.
@@ -44,6 +42,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, doub
       continue;
     double a = from, b = to;
     halve_to_change(a, b, kOfSlowStep * (to - from), above);
+    if (slip.yet() && slides_from_rest(static_cast<int>(i), at(b))) continue;
     if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
   }
   if (!first) return {};

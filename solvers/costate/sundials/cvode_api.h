@@ -70,7 +70,6 @@ struct CvodeApi {
   static int solve_back(void* m, double to) { return CVodeB(m, to, CV_NORMAL); }
   static int state_back(void* m, double t, N_Vector y, N_Vector) { return CVodeGetAdjY(m, t, y); }
   static int get_back(void* m, int which, double* t, N_Vector y, N_Vector) { return CVodeGetB(m, which, t, y); }
-  static constexpr auto get_quadrature_back = CVodeGetQuadB;
   static int restart_back(void* m, int which, double t, N_Vector y, N_Vector) { return CVodeReInitB(m, which, t, y); }
   static constexpr auto restart_quadrature_back = CVodeQuadReInitB;
 };

@@ -73,7 +73,6 @@ struct IdaApi {
   static int solve_back(void* m, double to) { return IDASolveB(m, to, IDA_NORMAL); }
   static constexpr auto state_back = IDAGetAdjY;
   static int get_back(void* m, int which, double* t, N_Vector y, N_Vector yp) { return IDAGetB(m, which, t, y, yp); }
-  static constexpr auto get_quadrature_back = IDAGetQuadB;
   static int restart_back(void* m, int which, double t, N_Vector y, N_Vector yp) {
     return IDAReInitB(m, which, t, y, yp);
   }

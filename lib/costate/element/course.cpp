@@ -259,4 +259,11 @@ double Course::next_place(double x) const {
   return i->from > x ? i->from : i->to;
 }
 
+double Course::least_step(double from, double to) const {
+  double least = Bound().step;
+  for (const Piece& piece : pieces_)
+    if (piece.to > from && piece.from < to && piece.to > piece.from) least = std::min(least, piece.step);
+  return least;
+}
+
 }  // namespace costate

@@ -80,6 +80,8 @@ class Course {
   /// The next place behind x, upwards, where something begins or ends, or is to be met by other steps; infinite where
   /// there is none.
   double next_place(double x) const;
+  /// The shortest step that is asked for between two places, or infinity.
+  double least_step(double from, double to) const;
   const std::string& owner(int i) const { return owners_[static_cast<std::size_t>(i)]; }
 
  private:

@@ -125,12 +125,19 @@ void StepPlan::require(double t, const StateView& s, double h) const {
   // Twice what is asked of integrators, who look at their errors within.
   const double most = std::max(2 * b.step, b.end - t);
   if (!(h > most * (1 + 1e-9))) return;
+  // What comes later in the run would be passed over next.
+  double least = time_.least_step(t, time_.to());
+  for (const Track& track : tracks_) {
+    const CourseElement::Place at = place_on(*track.element, *track.course_of, track.index, track.numbers, t, s);
+    const double speed = std::abs(at.speed), end = at.at + at.speed * (time_.to() - t);
+    if (speed > 0) least = std::min(least, track.course.least_step(std::min(at.at, end), std::max(at.at, end)) / speed);
+  }
   const std::string owner = b.owner >= 0 ? time_.owner(b.owner) : std::string("A road or path");
   throw SolverError(
       fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over what begins or changes there: {} "
                   "has a law with a part that needs steps of {:.3g} s or less. Choose such a step (--step, "
                   "run.step_s).",
-                  h, t, owner, most));
+                  h, t, owner, std::min(most, 2 * least)));
 }
 
 }  // namespace costate

@@ -75,6 +75,14 @@ void add_apart(const Result& result, const Result& better, double whole, ErrorEs
     e.gradient[j] = std::max(e.gradient[j], whole * other.gradient[j]);
 }
 
+/// Where tolerances choose no steps (Maggi's coordinates turn only so far in one) those of half the length tell.
+Problem with_shorter_steps(Problem problem, long steps) {
+  const double half = 0.5 * (problem.solver.t_end - problem.solver.t_start) / static_cast<double>(std::max(1L, steps));
+  double& longest = problem.solver.max_step_s;
+  longest = longest > 0 ? std::min(longest, half) : half;
+  return problem;
+}
+
 /// The farthest of two runs or three that are solved better, each better than the one before: the first may come near
 /// the result by chance, with an error of its own as large. `run` makes them of another problem.
 template <class Result, class Run>
@@ -92,6 +100,11 @@ ErrorEstimate farthest_of_better(const Problem& problem, const Result& result, b
     const bool another = takes_other_steps(result.counters.steps, better.counters.steps);
     if (!another && part >= kFarthest && !tightest(tighter)) continue;
     add_apart(result, better, 1, e);
+    if (!another) try {
+        add_apart(result, run(with_shorter_steps(tighter, result.counters.steps)), 1, e);
+      } catch (const SolverError&) {
+        // Nothing more is known.
+      }
     // Where errors fall by fits and starts two may be near the result by chance, too.
     std::vector<double> further = {kSecond};
     if (falls_by_fits(problem, result)) further.push_back(kThird);

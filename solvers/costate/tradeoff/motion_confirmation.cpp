@@ -44,6 +44,8 @@ constexpr double kHardlyByChance = 1;
 constexpr double kLeastOfTolerance = 0.01;
 constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kTurn = 2 * std::numbers::pi;
+// Of an output's range: a motion that changes by so much is another one.
+constexpr double kLostMotion = 0.1;
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
 
 /// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
@@ -210,10 +212,14 @@ void widen_by_small_psi(const Problem& problem, const std::vector<double>& rho, 
   }
 }
 
-void tell(const Problem& problem, const Change& change, const std::string& from, const std::string& advice) {
+/// Two runs of a motion that has nothing to do with another one may have psi in common by chance.
+void tell(const Problem& problem, const Change& change, const std::string& from, const std::string& advice,
+          Simulation* result) {
   const auto coordinates = problem.mechanism->coordinate_names();
   const bool of_motion = change.of == TradeMeasure::psi || change.output == "energy.total" ||
                          std::find(coordinates.begin(), coordinates.end(), change.output) != coordinates.end();
+  if (of_motion && result && change.most > kLostMotion)
+    widen_error(*result, std::min(1.0, change.most) * std::abs(result->psi));
   notice(
       fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. {} not known better "
                   "than that here; {}.",
@@ -277,7 +283,7 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
     if (rtol < kTightestConfirmed) {  // a tighter one is rounding
       if (off)
         tell(problem, *off, fmt::format("rtol {:g} to {:g}", kLooserMotion * rtol, rtol),
-             "a shorter time may be, or another start");
+             "a shorter time may be, or another start", result);
       return;
     }
   }
@@ -309,7 +315,7 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
   const std::string from =
       halved ? fmt::format("steps of {:.3g} s to {:.3g} s", 2 * tighter.solver.step_s, tighter.solver.step_s)
              : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
-  tell(problem, change, from, halved ? "take a smaller step" : "take a smaller rtol");
+  tell(problem, change, from, halved ? "take a smaller step" : "take a smaller rtol", result);
 }
 
 }  // namespace costate

@@ -153,6 +153,7 @@ class RowJudge {
   /// hardly fall; one that does not fall in the next try either is no tolerance's.
   bool by_tolerance() {
     std::string failure;
+    bool falls = false;  // by as much as errors of the tolerance do, if not to what is allowed here
     for (const double factor : {1e-2, 1e-4, 1e-3, 1e-1}) {
       // Only where the formulation cannot follow the tightest; the last one where it could follow none.
       if (factor == 1e-3 && failure.empty()) break;
@@ -166,7 +167,7 @@ class RowJudge {
         failure = fmt::format("at rtol {:g} it fails: {}", tighter.solver.rtol, e.what());
         continue;
       }
-      bool is_noise = y_.size <= y_.noise(p_.solver.rtol);
+      bool is_noise = y_.size <= y_.noise(p_.solver.rtol), all_fall = true;
       for (std::size_t j = 0; j < error_.size(); ++j) {
         const double zero = y_.noise(tighter.solver.rtol) + y_.uncertainty[j];
         if (error_[j] > strict_[j]) allowed[j] = std::min(allowed[j], error_[j] / 2);
@@ -174,16 +175,24 @@ class RowJudge {
         if (factor == 1e-1) allowed[j] = std::max(allowed[j], error_[j] / kFallsInDecade);
         allowed[j] = std::max(allowed[j], zero) + 1.5 * softness_[j];
         is_noise = is_noise && left[j] <= zero;
+        all_fall =
+            all_fall && left[j] <= std::max(allowed[j], error_[j] * std::pow(kFallsInDecade, std::log10(factor)));
       }
       last_ = fmt::format("{:.1e} at rtol {:g}", relative(left), tighter.solver.rtol);
-      if (!within(left, allowed)) continue;
-      return explain(kForgiven * p_.solver.rtol, tolerable(),
-                     is_noise ? fmt::format("nothing but noise about zero: {}", last_)
-                              : fmt::format("limited by the tolerance: {:.2g} times what is expected, and {}",
-                                            times_allowed_, last_));
+      falls = falls || all_fall;
+      if (within(left, allowed)) return explain_by_tolerance(is_noise);
     }
+    // Where no tighter run is to be had.
+    if (falls && !failure.empty()) return explain_by_tolerance(false);
     j_.remark = last_.empty() ? failure : last_;
     return false;
+  }
+
+  bool explain_by_tolerance(bool is_noise) {
+    return explain(kForgiven * p_.solver.rtol, tolerable(),
+                   is_noise ? fmt::format("nothing but noise about zero: {}", last_)
+                            : fmt::format("limited by the tolerance: {:.2g} times what is expected, and {}",
+                                          times_allowed_, last_));
   }
 
   /// A discrete gradient is exact for its own psi: tangent and adjoint agree to rounding. To the reference it converges

@@ -131,7 +131,8 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   const std::shared_ptr<const StepPlan> plan = plan_back();
   const std::vector<double> bends = touches_->passages();
   auto next = samples_.rbegin();
-  std::size_t left = slow_slips(t_) ? slow_->all().size() : 0;  // stretches that are not crossed yet
+  if (SlowStretches* slow = slow_slips(t_)) slow->leave_out_long_ones(options_.rtol);
+  std::size_t left = slow_ ? slow_->all().size() : 0;  // stretches that are not crossed yet
   const auto stretch_of = [&](std::size_t k) {
     return left > 0 && slow_->all()[left - 1].session == k ? &slow_->all()[left - 1] : nullptr;
   };

@@ -36,8 +36,8 @@ class SlipSteps {
   SlipSteps(SlipSystem& system, double rtol, const Eigen::MatrixXd& directions);
 
   /// From t to `end`: x, and S with its changes, of which psi's are the last row. `last`: x at the end, about. Returns
-  /// the end, or where steps do not get on.
-  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last);
+  /// the end, or where as many steps come to.
+  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last, int most = 600);
   long steps() const { return steps_; }
   long factorizations() const { return factorizations_; }
 

@@ -25,7 +25,7 @@ constexpr double kSlipSafety = 0.9, kSlipGrowth = 4, kSlipCut = 0.2;
 constexpr double kSlipStopped = 1e-8;
 // |w| grows again once it is so many times the least.
 constexpr double kSlipGrows = 2;
-constexpr int kMostSlipSteps = 20000;
+constexpr int kMostSlipSteps = 20000, kMostRadauSteps = 150;
 constexpr double kSlipRounding = 16 * std::numeric_limits<double>::epsilon();
 
 [[noreturn]] void refuse_slow(double begin, long steps, double t) {
@@ -237,7 +237,7 @@ StretchMap SlowSlip::map_from_rest(const SlowStretch& stretch, double rtol) {
   tangents[0].topLeftCorner(size_, size_).setIdentity();
   SlipSteps steps(*this, rtol, Eigen::MatrixXd(np_, 0));
   const double t = steps.run(stretch.begin, stretch.end, x, tangents,
-                             Eigen::Map<const Eigen::VectorXd>(stretch.after.data(), size_));
+                             Eigen::Map<const Eigen::VectorXd>(stretch.after.data(), size_), kMostRadauSteps);
   if (t < stretch.end) refuse_slow(stretch.begin, steps.steps(), t);
   StretchMap map;
   map.before = stretch.before;

@@ -168,6 +168,15 @@ void SlowStretches::end(double t, const double* y) {
     close(t, y, here);
 }
 
+void SlowStretches::leave_out_long_ones(double rtol) {
+  for (std::size_t i = all_.size(); i-- > 0;)
+    if (all_[i].from_rest) try {
+        map(i, rtol);
+      } catch (const CapabilityError&) {
+        all_.erase(all_.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+}
+
 const StretchMap& SlowStretches::map(std::size_t i, double rtol) {
   Stretch& s = all_[i];
   if (!s.map) {

@@ -40,6 +40,9 @@ class SlowStretches {
   void end(double t, const double* y);
 
   const std::vector<Stretch>& all() const { return all_; }
+  /// Stretches from rest whose map takes too long are left out: an adjoint crosses them as the rest of the motion, by
+  /// many steps.
+  void leave_out_long_ones(double rtol);
   /// Of a stretch of all(), by a run of its own the first time.
   const StretchMap& map(std::size_t i, double rtol);
 

@@ -69,6 +69,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   watch.finish(problem.solver.t_end, session.y());
   if (SlowStretches* slow = session.slow_slips(problem.solver.t_end))
     for (std::size_t i = 0; i < slow->all().size(); ++i) {
+      if (slow->all()[i].from_rest) continue;  // their steps are Radau's, which carry it
       slow->map(i, problem.solver.rtol);
       motion.slow.push_back(slow->all()[i]);
     }

@@ -1,5 +1,6 @@
-// A rod that leans on its foot falls, and its foot begins to slide from rest: its slip of 1e-9 m/s is a sum of velocities
-// of 0.5 m/s; so is that of a sphere that rolls. Gradients by all ways back against independent programs, and their cost.
+// A rod that leans on its foot falls, and its foot begins to slide from rest: its slip of 1e-9 m/s is a sum of
+// velocities of 0.5 m/s; so is that of a sphere that rolls. Gradients by all ways back against independent programs,
+// and their cost.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>

@@ -152,7 +152,7 @@ void IdaSession::jump_sensitivities(const Jump& jump, SegmentStart& start) {
   }
   if (!restart_) system_.jump_tangent(jump, columns.data(), rates.data(), yS_.count());
   if (qS_.count() == 0) return;
-  check(IDAGetQuadSensDky(memory_, within_last_step(), 0, qS_.handles()), "psi's sensitivities");
+  check(IDAGetQuadSensDky(memory_, within_last_step(memory_, t_), 0, qS_.handles()), "psi's sensitivities");
   for (int j = 0; j < qS_.count(); ++j) {
     const auto k = static_cast<std::size_t>(j);
     const double gained = !restart_ && k < system_.jump_cost_tangent().size() ? system_.jump_cost_tangent()[k] : 0;
@@ -166,7 +166,7 @@ std::vector<double> IdaSession::sensitivity_gradient() {
   if (np == 0) return gradient;
   if (system_.has_running_cost()) {
     if (steps(memory_) > 0)
-      check(IDAGetQuadSensDky(memory_, within_last_step(), 0, qS_.handles()), "psi's sensitivities");
+      check(IDAGetQuadSensDky(memory_, within_last_step(memory_, t_), 0, qS_.handles()), "psi's sensitivities");
     for (int j = 0; j < np; ++j) gradient[j] = qS_.data(j)[0];
   }
   const std::vector<double> terminal = terminal_gradient();

@@ -36,10 +36,9 @@ SlipSteps::SlipSteps(SlipSystem& system, double rtol, const MatrixXd& directions
       directions_(directions) {}
 
 double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, const VectorXd& last, int most) {
-  double h =
-      (system_.slip(t, x.data()) < system_.slip(end, last.data()) ? kFirstStretchStep : kFirstOfMany) * (end - t);
-  set_least_sizes(end - t, x, last, end);
   speed_ = system_.slip(t, x.data());
+  double h = (speed_ < system_.slip(end, last.data()) ? kFirstStretchStep : kFirstOfMany) * (end - t);
+  set_least_sizes(end - t, x, last, end);
   evaluate(t, x, tangents, begin_);
   parts_ = system_.parts_of_slips(x.data());
   for (steps_ = 0; t < end; ++steps_) {

@@ -42,7 +42,7 @@ class SlipSteps {
   long factorizations() const { return factorizations_; }
 
  private:
-  /// A point of the way: x', the equations' blocks (SecondTangents::changes()), and the tangents' rates.
+  /// A point of the way: x', the equations' blocks (SlipSystem::changes()), and the tangents' rates.
   struct Point {
     Eigen::VectorXd f;
     Tangents of, rates;

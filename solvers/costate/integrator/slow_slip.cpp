@@ -63,8 +63,6 @@ SlowSlip::Columns SlowSlip::start(const double* x) const {
   return Y;
 }
 
-double SlowSlip::speed(double t, const Columns& Y) { return slip(t, Y.data()); }
-
 double SlowSlip::slip(double t, const double* x) { return events_.slowest_in_space(packed_view(t, x, n_)).speed; }
 
 double SlowSlip::parts_of_slips(const double* x) const { return costate::parts_of_slips(assembly_, x + n_); }
@@ -188,7 +186,7 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
   const double span = span_ = stretch.end - stretch.begin, far = stretch.end + 10 * span;
   if (!(span > 0)) return true;
   const bool stops = stretch.stop >= 0;
-  double h = 0.1 * span, now = speed(t, Y), least = now;
+  double h = 0.1 * span, now = slip(t, Y.data()), least = now;
   Columns next;
   std::vector<Columns> ks{column_rates(t, Y)};
   for (int steps = 0; stops ? now > slowest : t < stretch.end; ++steps) {
@@ -202,7 +200,7 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
       t = last ? stretch.end : t + h;
       Y = next;
       ks.assign(1, column_rates(t, Y));
-      now = speed(t, Y);
+      now = slip(t, Y.data());
       least = std::min(least, now);
       if (stops && now > kSlipGrows * least) return false;
     }
@@ -260,7 +258,7 @@ StretchMap SlowSlip::map(const SlowStretch& stretch, double rtol) {
   };
   const bool stops = stretch.stop >= 0;
   // Where the run took it to stop it may be slow for a while and go on, by less than the run tells.
-  const double slow = std::min(0.5 * kSlidingOffset, kSlipStopped * speed(stretch.begin, begin));
+  const double slow = std::min(0.5 * kSlidingOffset, kSlipStopped * slip(stretch.begin, begin.data()));
   bool same = reaches(slow) || (stops && reaches(stretch.last_speed));
   if (same && stops) {
     cross(stretch.stop, t, Y);

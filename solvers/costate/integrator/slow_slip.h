@@ -49,7 +49,6 @@ class SlowSlip : private SlipSystem {
   void changes(double t, const double* x, const Eigen::MatrixXd& S, std::vector<Eigen::MatrixXd>& all) override;
   double slip(double t, const double* x) override;
   double parts_of_slips(const double* x) const override;
-  double speed(double t, const Columns& Y);
   MotionEvents::Side side(const StateView& s);
 
   Assembly assembly_;

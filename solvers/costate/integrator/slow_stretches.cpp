@@ -91,8 +91,8 @@ void SlowStretches::step(double t, const double* y, const double* yp) {
   if (!possible_) return;
   look(t, y, yp, now_);
   const double part = now_.slowest.part;
-  const bool from_rest = goes_on_ && all_.back().from_rest;
-  if (from_rest) {
+  const bool rested = from_rest();
+  if (rested) {
     fastest_ = std::max(fastest_, now_.slowest.speed);
     if (part < kSlowPart)
       finish_from_rest(last_.t, last_.y.data(), last_);
@@ -100,8 +100,8 @@ void SlowStretches::step(double t, const double* y, const double* yp) {
       faster_.push_back(now_);
   }
   if (!goes_on_ && part < kSlowPart) open(last_);
-  if (goes_on_ && !all_.back().from_rest && part > kFastPart) close(t, y, now_);
-  if (goes_on_ && !from_rest) return;
+  if (goes_on_ && !rested && part > kFastPart) close(t, y, now_);
+  if (goes_on_ && !rested) return;
   previous_ = std::move(last_);
   last_ = now_;
 }
@@ -114,7 +114,7 @@ void SlowStretches::part(double t, const double* y, const double* yp) {
   Point here;
   look(t, y, yp, here);
   if (here.qvz.empty()) return;
-  if (goes_on_ && all_.back().from_rest) {
+  if (from_rest()) {
     if (finish_from_rest(t, y, here)) return;
     std::vector<Point> later = std::move(faster_);
     std::erase_if(later, [&](const Point& p) { return p.t <= t; });
@@ -136,12 +136,11 @@ void SlowStretches::part(double t, const double* y, const double* yp) {
 
 void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after, const double* yp_after) {
   if (!possible_) return;
-  const bool from_rest = goes_on_ && all_.back().from_rest,
-             rests = from_rest && !finish_from_rest(jump.t, jump.y.data(), now_);
+  const bool rested = from_rest(), rests = rested && !finish_from_rest(jump.t, jump.y.data(), now_);
   // The step that has ended with the jump's state is the last one that was looked at.
   const bool stops = jump.event >= 0 && !now_.qvz.empty() && now_.t == jump.t &&
                      system_.stops_slip(jump.event, now_.qvz.data() + 2 * system_.assembly().n());
-  const bool before = !previous_.qvz.empty() && !(from_rest && previous_.t < all_.back().end);
+  const bool before = !previous_.qvz.empty() && !(rested && previous_.t < all_.back().end);
   if (stops && !goes_on_) open(before ? previous_ : now_);
   if (stops) {
     all_.back().last_speed = now_.slowest.speed;
@@ -162,7 +161,7 @@ void SlowStretches::end(double t, const double* y) {
   if (!goes_on_) return;
   Point here;
   look(t, y, nullptr, here);
-  if (all_.back().from_rest)
+  if (from_rest())
     finish_from_rest(t, y, here);
   else
     close(t, y, here);

@@ -58,6 +58,8 @@ class SlowStretches {
   void open(const Point& at);
   void close(double t, const double* y_after, const Point& after);
   void open_from_rest(const Point& at);
+  /// Whether a stretch from rest goes on.
+  bool from_rest() const { return goes_on_ && all_.back().from_rest; }
   /// Closes the stretch from rest that goes on where it has been fast enough, at t at the latest; whether it has.
   bool finish_from_rest(double t, const double* y, const Point& here);
 

@@ -142,15 +142,8 @@ void SundialsSession<Api>::integrate_back(double to, AdjointState& mu) {
   if (flag < 0) fail(true, flag, "could not continue the backward (adjoint) run");
   double reached = 0;
   check(Api::get_back(memory_, b.which, &reached, b.y, b.yp), "the adjoint");
-  if (system_.parameter_count() > 0) {
-    // IDAS takes its fuzz off the beginning of the last step, which may be shorter than that, instead of adding it.
-    constexpr double kFuzz = 128 * std::numeric_limits<double>::epsilon();
-    double end = 0, h = 0;
-    Api::current_time(b.memory, &end);
-    Api::last_step(b.memory, &h);
-    const double within = std::min(reached, end - h - kFuzz * (std::abs(end) + std::abs(h)));
-    check(Api::quadrature_dky(b.memory, within, 0, b.q), "the gradient");
-  }
+  if (system_.parameter_count() > 0)
+    check(Api::quadrature_dky(b.memory, within_last_step(b.memory, reached), 0, b.q), "the gradient");
   const int n = system_.size();
   std::copy(b.y.data(), b.y.data() + n, mu.mu.begin());
   if (Api::implicit) std::copy(b.yp.data(), b.yp.data() + n, mu.mup.begin());

@@ -196,7 +196,7 @@ double SundialsSession<Api>::cost() {
   if (cost_is_unknown()) return y_.data()[system_.size()];
   // A segment that begins where the run ends has no step.
   if (steps(memory_) == 0) return start_.cost;
-  check(Api::quadrature_dky(memory_, within_last_step(), 0, q_), "psi");
+  check(Api::quadrature_dky(memory_, within_last_step(memory_, t_), 0, q_), "psi");
   return q_.data()[0];
 }
 

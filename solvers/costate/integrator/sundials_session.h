@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -85,14 +86,15 @@ class SundialsSession {
   Counters counters() const { return counters_; }
 
  protected:
-  /// t_, within the last step: IDAS takes its fuzz for quadratures off the beginning, instead of adding it, at times
-  /// below zero.
-  double within_last_step() const {
+  /// t, within the last step of an integrator: IDAS takes its fuzz for quadratures off the beginning, instead of adding
+  /// it, where time goes towards zero. A step shorter than that is left by it.
+  static double within_last_step(void* memory, double t) {
     constexpr double kFuzz = 128 * std::numeric_limits<double>::epsilon();
     double end = 0, h = 0;
-    Api::current_time(memory_, &end);
-    Api::last_step(memory_, &h);
-    return std::clamp(t_, std::min(end, end - h + (end < 0 ? kFuzz * (h - end) : 0)), std::max(t_, end));
+    Api::current_time(memory, &end);
+    Api::last_step(memory, &h);
+    const double fuzz = end * h < 0 ? std::copysign(kFuzz * (std::abs(end) + std::abs(h)), h) : 0;
+    return h < 0 ? std::min(t, end - h + fuzz) : std::max(t, end - h + fuzz);
   }
   /// Unknowns outside the norm get this absolute tolerance, so that their weight is practically zero.
   static constexpr double kUnweighted = 1e30;

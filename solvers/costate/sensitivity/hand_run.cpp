@@ -68,10 +68,11 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   session.advance_recording(problem.solver.t_end, motion.trajectory);
   watch.finish(problem.solver.t_end, session.y());
   if (SlowStretches* slow = session.slow_slips(problem.solver.t_end)) {
-    slow->leave_out_long_ones(problem.solver.rtol);
+    // Index 3 has no adjoint between an event and a map right behind it; its own steps, Radau's, carry these slips.
+    const bool maps_from_rest = problem.formulation != "index3";
+    if (maps_from_rest) slow->leave_out_long_ones(problem.solver.rtol);
     for (std::size_t i = 0; i < slow->all().size(); ++i) {
-      // Index 3 has no adjoint between an event and a map right behind it; its own steps, Radau's, carry these slips.
-      if (slow->all()[i].from_rest && problem.formulation == "index3") continue;
+      if (slow->all()[i].from_rest && !maps_from_rest) continue;
       slow->map(i, problem.solver.rtol);
       motion.slow.push_back(slow->all()[i]);
     }

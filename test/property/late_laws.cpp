@@ -390,3 +390,29 @@ TEST_CASE("late laws: every registered kind of law is met where it changes", "[l
     }
   }
 }
+
+TEST_CASE("late laws: a fixed step that is refused is told one that is not", "[late]") {
+  // Two bumps, of which the later one is the shorter: what the first asks for passes over the second.
+  Problem p = problem_of(scene(R"(
+[force.f]
+point = "e"
+x_N = { kind = "bump", height_m = 0.5, start_m = 2.4, length_m = 0.005 }
+[force.g]
+point = "e"
+x_N = { kind = "bump", height_m = 0.5, start_m = 4.4, length_m = 0.001 }
+)" + kSquare));
+  p.formulation = "index3";
+  p.solver.integrator = "fixed";
+  p.solver.step_s = 0.15;
+  std::string told;
+  try {
+    simulate(p, p.parameters.values());
+  } catch (const SolverError& e) {
+    told = e.what();
+  }
+  const std::string needs = "needs steps of ";
+  REQUIRE(told.find(needs) != std::string::npos);
+  p.solver.step_s = std::stod(told.substr(told.find(needs) + needs.size()));
+  CHECK(p.solver.step_s < 0.001);
+  CHECK_NOTHROW(simulate(p, p.parameters.values()));
+}

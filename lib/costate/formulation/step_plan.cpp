@@ -12,6 +12,9 @@ namespace costate {
 
 namespace {
 
+// What is told in three digits, and is to be taken.
+constexpr double kRoundedDown = 0.995;
+
 /// Calls visit(element) for all.
 template <class Visit>
 void for_each_element(const Mechanism& m, const Visit& visit) {
@@ -137,7 +140,7 @@ void StepPlan::require(double t, const StateView& s, double h) const {
       fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over what begins or changes there: {} "
                   "has a law with a part that needs steps of {:.3g} s or less. Choose such a step (--step, "
                   "run.step_s).",
-                  h, t, owner, std::min(most, 2 * least)));
+                  h, t, owner, kRoundedDown * std::min(most, 2 * least)));
 }
 
 }  // namespace costate

@@ -69,7 +69,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   watch.finish(problem.solver.t_end, session.y());
   if (SlowStretches* slow = session.slow_slips(problem.solver.t_end)) {
     // Index 3 has no adjoint between an event and a map right behind it; its own steps, Radau's, carry these slips.
-    const bool maps_from_rest = problem.formulation != "index3";
+    const bool maps_from_rest = !without_estimate(problem);
     if (maps_from_rest) slow->leave_out_long_ones(problem.solver.rtol);
     for (std::size_t i = 0; i < slow->all().size(); ++i) {
       if (slow->all()[i].from_rest && !maps_from_rest) continue;

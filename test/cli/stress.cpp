@@ -211,6 +211,10 @@ TEST_CASE("stress: what is asked for is not passed over where scenes are made") 
   CHECK(one.at("value") == "a chain of 1");
   CHECK(one.at("verdict") == "refused");
   CHECK_THAT(one.at("why").get<std::string>(), Contains("B10"));
+  // The longest chain comes when hardly any time is left, or none: without any it was run without limit.
+  const Json& last = j.at("scenes").at(0).at("entries").back();
+  CHECK(last.at("value") == "a chain of 1000");
+  CHECK_THAT(last.at("why").get<std::string>(), Contains("budget of time was spent") || Contains("cut after"));
 }
 
 TEST_CASE("stress: a scene that cannot be rewritten in other units is not, one that cannot run is told") {

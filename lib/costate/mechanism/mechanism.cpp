@@ -51,9 +51,19 @@ int Mechanism::coordinate(const std::string& name) const {
 
 int Mechanism::number(const std::string& path) const {
   const auto at = number_index_.find(path);
-  if (at == number_index_.end())
-    throw ModelError("", fmt::format("There is no number '{}'.{}", path, suggestion(path, keys(number_index_))));
-  return at->second;
+  if (at != number_index_.end()) return at->second;
+  // Some keys make several numbers, as an angle about an axis makes Euler parameters: what its element has is said,
+  // unless it is a table.
+  constexpr std::size_t kFew = 30;
+  const std::string element = path.substr(0, path.rfind('.') + 1);
+  std::vector<std::string> own;
+  for (auto n = number_index_.lower_bound(element); n != number_index_.end() && n->first.starts_with(element); ++n)
+    own.push_back(n->first.substr(element.size()));
+  throw ModelError("", fmt::format("There is no number '{}'.{}{}", path, suggestion(path, keys(number_index_)),
+                                   element.empty() || own.empty() || own.size() > kFew
+                                       ? ""
+                                       : fmt::format(" [{}] has these: {}.", element.substr(0, element.size() - 1),
+                                                     fmt::join(own, ", "))));
 }
 
 const PlanarPoint& Mechanism::point(const std::string& name) const {

@@ -34,6 +34,7 @@ class SecondSlipSystem : public SlipSystem {
     return motion_.slowest_in_space(packed_view(t, x, assembly().n())).speed;
   }
   double parts_of_slips(const double* x) const override { return tangents_.parts_of_slips(x); }
+  MatrixXd along(const MatrixXd& S) const override { return tangents_.along(S); }
 
  private:
   SecondTangents& tangents_;
@@ -81,7 +82,7 @@ std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& eq
     };
     VectorXd x = x_of(from);
     Tangents tangents = begin(system);
-    const double t = steps.run(slip.begin, slip.end, x, tangents, x_of(state_at(slip.end)));
+    const double t = steps.run(slip.begin, slip.end, x, tangents, x_of(state_at(slip.end)), !slip.from_rest);
     if (t < slip.end)
       throw CapabilityError(
           fmt::format("A slip in space at t = {:.9g} s is slow for so long that second derivatives do not follow it: "

@@ -23,6 +23,9 @@ constexpr double kFirstStretchStep = 1e-6, kFirstOfMany = 0.05;
 constexpr double kNoColumn = 1e-6, kOfChange = 1e-3;
 constexpr double kStretchSafety = 0.9, kStretchGrowth = 5, kStretchCut = 0.2;
 constexpr int kMostStretchIterations = 12;
+// Of |w| where it begins: what has stopped. Its direction is known to 1e-8 there, of parts as large as a metre a
+// second.
+constexpr double kStoppedSlip = 1e-6;
 // Of velocities; and of the parts that w is the sum of.
 constexpr double kOwnRounding = 1e-13, kRoundingOfParts = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
@@ -35,8 +38,10 @@ SlipSteps::SlipSteps(SlipSystem& system, double rtol, const MatrixXd& directions
       blocks_{{0, system.assembly().n(), 2 * system.assembly().n(), N_, N_ + 1}},
       directions_(directions) {}
 
-double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, const VectorXd& last, int most) {
+double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, const VectorXd& last, bool stops,
+                      int most) {
   speed_ = system_.slip(t, x.data());
+  const double nothing = stops ? kStoppedSlip * speed_ : 0;
   double h = (speed_ < system_.slip(end, last.data()) ? kFirstStretchStep : kFirstOfMany) * (end - t);
   set_least_sizes(end - t, x, last, end);
   evaluate(t, x, tangents, begin_);
@@ -55,6 +60,7 @@ double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, con
     std::swap(begin_, end_);
     parts_ = system_.parts_of_slips(x.data());
     const double before = std::exchange(speed_, system_.slip(t, x.data()));
+    if (speed_ <= nothing) break;
     h *= std::min(1.0, speed_ / before);  // on the way to a stop steps are as what is left of it
   }
   return end;
@@ -166,11 +172,18 @@ double SlipSteps::error(double h, const VectorXd& x, const Tangents& tangents, c
   const int n = blocks_.first[1];
   const double turn = h * begin_.f.segment(n, n).cwiseAbs().maxCoeff() / speed_,
                rounding = kRoundingOfParts * parts_ / speed_, direction = rounding * std::min(1.0, turn);
+  const MatrixXd moved = system_.along(tangents[0]);
   for (std::size_t k = 0; k < tangents.size(); ++k) {
     MatrixXd e_k = h * scheme_.error[0] * begin_.rates[k];
     for (std::size_t i = 0; i < rates.size(); ++i) e_k += h * scheme_.error[i + 1] * rates[i][k];
-    worst = std::max(worst, measure_tangents(filtered(e_k), tangents[k], after_[k], k,
-                                             {direction, rounding * h * begin_.rates[k].row(N_).cwiseAbs()}));
+    // The direction's change along another one is known as the direction is, in units of w by what w changes.
+    const double turns =
+        k == 0
+            ? 1
+            : std::max(1.0, moved.col(static_cast<Eigen::Index>(k) - 1).segment(n, n).cwiseAbs().maxCoeff() / speed_);
+    worst = std::max(worst,
+                     measure_tangents(filtered(e_k), tangents[k], after_[k], k,
+                                      {turns * direction, turns * rounding * h * begin_.rates[k].row(N_).cwiseAbs()}));
   }
   const double allowed = scheme_.estimate_factor(rtol_);
   return std::isfinite(worst) ? worst / allowed : kNoSolution;

@@ -26,6 +26,8 @@ class SlipSystem {
   /// The slowest |w|; and what w is the sum of where rates() were evaluated last, which was at x.
   virtual double slip(double t, const double* x) = 0;
   virtual double parts_of_slips(const double* x) const = 0;
+  /// S along the directions, N x k.
+  virtual Eigen::MatrixXd along(const Eigen::MatrixXd& S) const { return S.topLeftCorner(S.rows(), 0); }
 };
 
 class SlipSteps {
@@ -35,9 +37,11 @@ class SlipSteps {
   /// `directions`: of the parameters (np x k), along which changes of the tangents are asked for.
   SlipSteps(SlipSystem& system, double rtol, const Eigen::MatrixXd& directions);
 
-  /// From t to `end`: x, and S with its changes, of which psi's are the last row. `last`: x at the end, about. Returns
-  /// the end, or where as many steps come to.
-  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last, int most = 600);
+  /// From t to `end`: x, and S with its changes, of which psi's are the last row. `last`: x at the end, about. Of a
+  /// slip that `stops` there the end is also where its own |w| is nothing any more: a motion of other steps stops a
+  /// little earlier or later. Returns the end, or where as many steps come to.
+  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last,
+             bool stops = false, int most = 600);
   long steps() const { return steps_; }
   long factorizations() const { return factorizations_; }
 

@@ -52,7 +52,11 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   template <class S>
   static S place(const Surface& surface, int k, const S* q, const S* ground, const S* point) {
     if constexpr (Surface::dim == 3)
-      if (surface.round()) return way_of_sphere(surface, k, q, ground, point);
+      if (surface.round()) {
+        S ways[Surface::tangents];
+        ways_of_sphere(surface, q, ground, point, ways);
+        return ways[k];
+      }
     S s = surface.along(k, q, ground, point);
     if constexpr (Surface::dim == 2)
       if (surface.round()) s += ground[Surface::kRadius] * q[2];
@@ -62,6 +66,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   void physics(const S&, const S* q, const S* p, S* phi) const {
     phi[0] = surface_.gap(q, p, p + own_);
     if (!sticks_) return;
+    if constexpr (Surface::dim == 3)
+      if (surface_.round()) return ways_of_sphere(surface_, q, p, p + own_, phi + 1);
     for (int k = 0; k < Surface::tangents; ++k) {
       phi[1 + k] = place(surface_, k, q, p, p + own_);
       if (has_place(1 + k)) phi[1 + k] -= p[kAlong + k];
@@ -70,43 +76,72 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
 
   // Of what rolls phi_q is J, by the rates, and (J^T lambda)_q is not symmetric.
   void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override {
-    Constraint::calc_phi_q(s, phi_q);
-    if (!rolls()) return;
-    for_each_rate(s, [&](int j, const auto& phi) {
-      for (int i = 1; i < rows(); ++i) phi_q(i, j) = phi[i].v.c1;
-    });
+    if (!rolls()) return Constraint::calc_phi_q(s, phi_q);
+    const auto q = varied<Dual<kOfSphere>>(s), p = constants<Dual<kOfSphere>>(s);
+    const Dual<kOfSphere> gap = surface_.gap(q.data(), p.data(), p.data() + own_);
+    double slip[Surface::tangents], rate[kOfSphere] = {};
+    for (int j = 0; j < kOfSphere; ++j) {
+      phi_q(0, j) = gap.d[j];
+      rate[j] = 1;
+      slips(s.q, rate, s.p, slip);
+      rate[j] = 0;
+      for (int k = 0; k < Surface::tangents; ++k) phi_q(1 + k, j) = slip[k];
+    }
   }
   void calc_hessian(const LocalState& s, LocalMatrix& hessian) const override {
     if (!rolls()) return Constraint::calc_hessian(s, hessian);
-    const int n = static_cast<int>(this->coordinates().size());
-    for (int j = 0; j < n; ++j)
-      for_each_rate(
-          s,
-          [&](int i, const auto& phi) {
-            hessian(i, j) = 0;
-            for (int r = 0; r < rows(); ++r) hessian(i, j) += s.lambda[r] * phi[r].d[0].c1;
-          },
-          j);
+    auto path = varied<Dual<kOfSphere, Taylor2>>(s);
+    const auto g = constants<Dual<kOfSphere, Taylor2>>(s);
+    const auto q = varied<Dual<kOfSphere>>(s), p = constants<Dual<kOfSphere>>(s);
+    Dual<kOfSphere> rate[kOfSphere], slip[Surface::tangents];
+    for (int i = 0; i < kOfSphere; ++i) {
+      path[i].v.c1 = 1;
+      rate[i] = 1.0;
+      const Dual<kOfSphere, Taylor2> gap = surface_.gap(path.data(), g.data(), g.data() + own_);
+      slips(q.data(), rate, p.data(), slip);
+      path[i].v.c1 = 0;
+      rate[i] = 0.0;
+      for (int j = 0; j < kOfSphere; ++j) {
+        hessian(i, j) = s.lambda[0] * gap.d[j].c1;
+        for (int k = 0; k < Surface::tangents; ++k) hessian(i, j) += s.lambda[1 + k] * slip[k].d[j];
+      }
+    }
   }
   void calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
                      LocalMatrix& phidd_q) const override {
-    Constraint::calc_partials(s, hessian, phid_q, phidd_q);
-    if (rolls()) calc_hessian(s, hessian);
+    if (!rolls()) return Constraint::calc_partials(s, hessian, phid_q, phidd_q);
+    calc_hessian(s, hessian);
+    auto path = varied<Dual<kOfSphere, Taylor2>>(s);
+    const auto p = constants<Dual<kOfSphere, Taylor2>>(s);
+    for (int j = 0; j < kOfSphere; ++j) path[j].v = Taylor2(s.q[j], s.v[j], s.a ? s.a[j] : 0);
+    Dual<kOfSphere, Taylor2> phi[1 + Surface::tangents];
+    physics(Dual<kOfSphere, Taylor2>(), path.data(), p.data(), phi);
+    for (int i = 0; i < rows(); ++i)
+      for (int j = 0; j < kOfSphere; ++j) {
+        phid_q(i, j) = phi[i].d[j].c1;
+        phidd_q(i, j) = phi[i].d[j].c2;
+      }
   }
   /// Along v d/dt J e_j is (J e_j)_q v.
   void calc_twist(const LocalState& s, LocalMatrix& twist) const override {
     if (!rolls()) return;
-    const int n = static_cast<int>(this->coordinates().size());
-    for (int k = 0; k < n; ++k)
-      for_each_rate(
-          s,
-          [&](int j, const auto& phi) {
-            for (int i = 1; i < rows(); ++i) {
-              twist(i, j) += phi[i].d[0].c1 * s.v[k];
-              twist(i, k) -= phi[i].d[0].c1 * s.v[j];
-            }
-          },
-          k);
+    std::array<Dual<1>, kOfSphere> along;
+    for (int j = 0; j < kOfSphere; ++j) {
+      along[j] = s.q[j];
+      along[j].d[0] = s.v[j];
+    }
+    const auto numbers = constants<Dual<1>>(s);
+    const auto q = varied<Dual<kOfSphere>>(s), p = constants<Dual<kOfSphere>>(s);
+    Dual<1> rate[kOfSphere], slip[Surface::tangents];
+    Dual<kOfSphere> velocity[kOfSphere], of_velocity[Surface::tangents];
+    for (int j = 0; j < kOfSphere; ++j) velocity[j] = s.v[j];
+    slips(q.data(), velocity, p.data(), of_velocity);
+    for (int j = 0; j < kOfSphere; ++j) {
+      rate[j] = 1.0;
+      slips(along.data(), rate, numbers.data(), slip);
+      rate[j] = 0.0;
+      for (int k = 0; k < Surface::tangents; ++k) twist(1 + k, j) += slip[k].d[0] - of_velocity[k].d[j];
+    }
   }
 
   std::vector<Measure> measures() const override {
@@ -121,21 +156,27 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
 
  private:
   bool rolls() const { return Surface::dim == 3 && surface_.round() && sticks_; }
-  /// Calls visit(j, phi) with phi along the rate e_j, and its derivatives by coordinate `by`.
-  template <class Visit>
-  void for_each_rate(const LocalState& s, const Visit& visit, int by = -1) const {
-    std::vector<PathDual> q, p;
-    for (std::size_t i = 0; i < this->coordinates().size(); ++i) q.emplace_back(s.q[i]);
-    for (std::size_t i = 0; i < this->numbers().size(); ++i) p.emplace_back(s.p[i]);
-    if (by >= 0) q[static_cast<std::size_t>(by)].d[0] = Taylor2(1.0);
-    std::array<PathDual, 3> phi;
-    for (std::size_t j = 0; j < q.size(); ++j) {
-      q[j].v.c1 = 1;
-      phi.fill(PathDual());
-      physics(PathDual(), q.data(), p.data(), phi.data());
-      visit(static_cast<int>(j), phi);
-      q[j].v.c1 = 0;
-    }
+  static constexpr int kOfSphere = 7;  // coordinates of its body: spheres are of rigid bodies
+
+  /// The coordinates, each in a direction of its own.
+  template <class S>
+  static std::array<S, kOfSphere> varied(const LocalState& s) {
+    std::array<S, kOfSphere> q;
+    for (int j = 0; j < kOfSphere; ++j) q[j] = S::variable(s.q[j], j);
+    return q;
+  }
+  template <class S>
+  std::array<S, kAlong + 2 + 3> constants(const LocalState& s) const {
+    std::array<S, kAlong + 2 + 3> p;
+    for (std::size_t i = 0; i < this->numbers().size(); ++i) p[i] = s.p[i];
+    return p;
+  }
+  /// J(q) rate of the rows that roll.
+  template <class S>
+  void slips(const S* q, const S* rate, const S* p, S* slip) const {
+    typename Surface::template Motion<S> m;
+    surface_.motion(q, rate, p, p + own_, m);
+    for (int k = 0; k < Surface::tangents; ++k) slip[k] = m.slip[k];
   }
 
   // d/ds of a path, of which the second derivative is not known any more, and back.
@@ -158,12 +199,12 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     return x;
   }
   template <class S>
-  static S way_of_sphere(const Surface& surface, int k, const S* q, const S* ground, const S* point) {
+  static void ways_of_sphere(const Surface& surface, const S* q, const S* ground, const S* point, S* ways) {
     S v[SpatialPoint::kMaxCoordinates];
     for (int i = 0; i < surface.point().size(); ++i) v[i] = rate_of(q[i]);
     typename Surface::template Motion<S> m;
     surface.motion(q, v, ground, point, m);
-    return way_of(m.slip[k]);
+    for (int k = 0; k < Surface::tangents; ++k) ways[k] = way_of(m.slip[k]);
   }
 
   Surface surface_;

@@ -24,7 +24,9 @@ namespace {
 const RegisterSceneKind rotor_registered({
     .name = "rotor",
     .phase = ScenePhase::attached_points,
-    .summary = "a wheel or flywheel that spins about an axis of a rigid body",
+    .summary =
+        "a wheel or flywheel that spins about an axis of a rigid body, whose own inertia leaves out what the wheel "
+        "has about that axis",
     .example = R"(
 [gravity]
 z_m_per_s2 = -9.81

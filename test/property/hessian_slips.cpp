@@ -85,6 +85,7 @@ TEST_CASE("hessian slips: a ball slides until it rolls, at loose tolerances", "[
   Problem p = unconfirmed(loaded_ball({{"END", "0.6"}}));
   p.formulation = "index1";
   const Hessian sharp = hessian(p, p.parameters.values());
+  CHECK(sharp.counters.steps < 1000);
   for (const double rtol : {1e-7, 1e-8, 1e-9}) {
     p.solver.rtol = rtol;
     const Hessian h = hessian(p, p.parameters.values());
@@ -92,7 +93,7 @@ TEST_CASE("hessian slips: a ball slides until it rolls, at loose tolerances", "[
     CAPTURE(rtol, off, h.asymmetry);
     CHECK(off < 3e3 * rtol);  // of stops that are some 60 rtol seconds off
     CHECK(h.asymmetry < 1e3 * rtol);
-    CHECK(h.counters.steps < 1000);
+    CHECK(h.counters.steps < 500);  // of the map some 20, where rounding of the direction's changes has its due
   }
 }
 

@@ -225,8 +225,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   all.bends = bends_along(equations, all.trajectory, pieces, jumps);
   all.events = forward.met();
   look_beside(all.trajectory, equations, all.events);
-  all.slips = find_slip_maps(problem, equations, forward, all.trajectory, all.bends, all.events);
-  for (const SlipMap& s : all.slips) all.counters += s.counters;
+  all.slips = find_slip_maps(problem, equations, forward, all.trajectory, all.bends, all.events, all.counters);
   return all;
 }
 

@@ -7,6 +7,7 @@
 
 #include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/slip_steps.h"
 
 namespace costate {
@@ -59,7 +60,7 @@ Speeds speeds_between(double from, double to, TangentMotion& forward, const Traj
 
 std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& equations, TangentMotion& forward,
                                     const Trajectory& motion, const std::vector<HessianEquations::Bend>& bends,
-                                    std::vector<HessianEquations::Event>& events) {
+                                    std::vector<HessianEquations::Event>& events, Counters& work) {
   std::vector<SlipMap> all;
   if (!forward.may_slip_in_space()) return all;
   std::vector<double> places{motion.t_begin(), motion.t_end()};  // between which a stretch lies
@@ -83,14 +84,14 @@ std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& eq
     VectorXd x = x_of(from);
     Tangents tangents = begin(system);
     const double t = steps.run(slip.begin, slip.end, x, tangents, x_of(state_at(slip.end)), !slip.from_rest);
+    work.steps += steps.steps();
+    work.factorizations += steps.factorizations();
     if (t < slip.end)
       throw CapabilityError(
           fmt::format("A slip in space at t = {:.9g} s is slow for so long that second derivatives do not follow it: "
                       "{} steps come to t = {:.9g} s. Differences of gradients tell them.",
                       slip.begin, steps.steps(), t));
     slip.map = system.map(tangents);
-    slip.counters.steps = steps.steps();
-    slip.counters.factorizations = steps.factorizations();
     all.push_back(std::move(slip));
     std::vector<double> y(x.data(), x.data() + x.size());
     const MatrixXd moved = system.along(tangents[0]);
@@ -123,8 +124,11 @@ std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& eq
         // What is stored tells the direction to e/|w|.
         event.before = event.state_before = follow(slip, y, [&](SecondTangents& system) { return system.begin(y); });
         event.near_before = event.t;
-      } catch (const CapabilityError&) {
-        continue;  // as well as what is stored tells it
+      } catch (const CapabilityError& e) {
+        notice(
+            fmt::format("{} At the stop they are taken from the stored motion, which tells its direction to few "
+                        "digits: what the Hessian is unsymmetric by tells how few.",
+                        e.what()));
       }
     }
   }

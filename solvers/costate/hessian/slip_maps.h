@@ -17,13 +17,13 @@ struct SlipMap {
   double event = 0;        // when the slip begins, or stops
   bool from_rest = false;  // which of them; the map then has the event, too
   SecondStretchMap map = {};
-  Counters counters = {};
 };
 
 /// Of the stored motion with the tangents along the equations' directions, in order. Bends and events as
-/// HessianMotion has them; events at which slips stop get the state before them that the map ends with.
+/// HessianMotion has them; events at which slips stop get the state before them that the map ends with. `work` gains
+/// all steps, those of maps that do not get to their end included.
 std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& equations, TangentMotion& forward,
                                     const Trajectory& motion, const std::vector<HessianEquations::Bend>& bends,
-                                    std::vector<HessianEquations::Event>& events);
+                                    std::vector<HessianEquations::Event>& events, Counters& work);
 
 }  // namespace costate

@@ -85,7 +85,7 @@ TEST_CASE("hessian slips: a ball slides until it rolls, at loose tolerances", "[
   Problem p = unconfirmed(loaded_ball({{"END", "0.6"}}));
   p.formulation = "index1";
   const Hessian sharp = hessian(p, p.parameters.values());
-  CHECK(sharp.counters.steps < 1000);
+  CHECK(sharp.counters.steps < 500);
   for (const double rtol : {1e-7, 1e-8, 1e-9}) {
     p.solver.rtol = rtol;
     const Hessian h = hessian(p, p.parameters.values());

@@ -34,7 +34,7 @@ CycleCheck::CycleCheck(const Setup& setup, double patience)
 }
 
 CycleCheck::Quantities CycleCheck::find(const Problem& p) {
-  budget_.begin(patience_ * seconds_, 0);
+  budget_.begin(patience_ * seconds_);
   CycleOptions options;
   options.estimate = false;
   result_ = find_cycle(p, settings_, rho_, options);

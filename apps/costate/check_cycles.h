@@ -62,8 +62,8 @@ class CycleCheck {
   const CycleSettings& settings_;
   const std::vector<double>& rho_;
   RunBudget budget_;
-  double patience_, seconds_ = 0;
-  CycleResult result_;  // of the last search
+  double patience_, seconds_ = RunBudget::kNoLimit;  // of the first search, which has none
+  CycleResult result_;                               // of the last search
   Quantities reference_;
   std::vector<double> allowed_;
   std::vector<CycleRow> rows_;

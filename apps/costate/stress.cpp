@@ -267,16 +267,9 @@ class Stress {
     StressEntry none;
     none.axis = axis;
     none.value = value;
-    const auto cut = [&] {
-      none.verdict = StressVerdict::cut;
-      none.why = "the budget of time was spent before";
-    };
+    constexpr const char* spent = "the budget of time was spent before";
     try {
-      if (!time_left()) {  // a run that may take no time would be taken for one without limit
-        cut();
-        s.entries.push_back(none);
-        return;
-      }
+      if (!time_left()) throw Cut(spent);
       Setup other(given, Purpose::compare);
       none.what = {other.problem.formulation, other.problem.solver.integrator};
       if (change) change(other);
@@ -288,7 +281,7 @@ class Stress {
       if (chaos) own.gradients(s.entries, axis, value);
       own.every_combination(s.entries, axis, value);
       if (s.entries.size() > before) return;
-      cut();
+      throw Cut(spent);
     } catch (const Cut& e) {
       none.verdict = StressVerdict::cut;
       none.why = e.what();

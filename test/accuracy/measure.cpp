@@ -70,7 +70,7 @@ class Measurement {
     const auto left = [=] { return seconds - (RunBudget::processor_s() - begin); };
     search.allow = [left, seconds] {
       RunBudget budget;
-      budget.begin(std::max(0.1 * seconds, left()), 0);
+      budget.begin(std::max(0.1 * seconds, left()));
       return budget;
     };
     search.has_time = [left, seconds] { return left() > 0.7 * seconds; };
@@ -217,7 +217,7 @@ class Measurement {
         double slowest = 0;
         for (std::size_t i = 0; i < best_.size(); ++i)
           if (floor() <= options_.requests[i]) slowest = std::max(slowest, best_[i].time_s);
-        budget_.begin(std::isfinite(slowest) ? std::max(slowest, 1e-3) : options_.limit_s, 0);
+        budget_.begin(std::isfinite(slowest) ? std::max(slowest, 1e-3) : options_.limit_s);
         try {
           const TradeValues v = probe_.run(c, rtol, 0);
           const double error = error_of(v).first;

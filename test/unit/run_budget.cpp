@@ -34,13 +34,24 @@ int cut_of_two(const RunBudget& budget, double seconds) {
 
 TEST_CASE("run budget: threads share it") {
   RunBudget budget;
-  budget.begin(0.06, 0);
+  budget.begin(0.06);
   CHECK(cut_of_two(budget, 0.02) == 0);  // 0.04 s of 0.06
   CHECK(cut_of_two(budget, 0.02) > 0);   // 0.08 s; one thread alone stays below
-  budget.begin(0.06, 0);                 // from here on
+  budget.begin(0.06);                    // from here on
   CHECK(spends(budget, 0.02));
   CHECK(cut_of_two(budget, 0.015) == 0);  // 0.05 s with what this thread has spent
   CHECK_FALSE(spends(budget, 0.02));
+}
+
+TEST_CASE("run budget: no seconds at all are none, and only no limit is none") {
+  RunBudget budget;
+  CHECK(spends(budget, 0.01));
+  budget.begin(0);
+  CHECK_FALSE(spends(budget, 0.01));
+  budget.begin(RunBudget::kNoLimit, 0);
+  CHECK_FALSE(spends(budget, 0.01));  // of a step
+  budget.unlimited();
+  CHECK(spends(budget, 0.01));
 }
 
 }  // namespace

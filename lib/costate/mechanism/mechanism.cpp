@@ -16,6 +16,11 @@ std::vector<std::string> keys(const std::map<std::string, int>& m) {
   for (const auto& [k, v] : m) r.push_back(k);
   return r;
 }
+std::vector<std::string> keys_below(const std::map<std::string, int>& m, const std::string& prefix) {
+  std::vector<std::string> r;
+  for (auto at = m.lower_bound(prefix); at != m.end() && at->first.starts_with(prefix); ++at) r.push_back(at->first);
+  return r;
+}
 }  // namespace
 
 std::vector<double> Mechanism::first_positions() const {
@@ -35,14 +40,8 @@ int Mechanism::coordinate(const std::string& name) const {
   const auto at = coordinate_index_.find(name);
   if (at != coordinate_index_.end()) return at->second;
   // An element with one coordinate, an angle, say, may stand for it.
-  std::vector<std::string> own;
-  int found = 0;
-  for (auto c = coordinate_index_.lower_bound(name + "."); c != coordinate_index_.end(); ++c) {
-    if (!c->first.starts_with(name + ".")) break;
-    own.push_back(c->first);
-    found = c->second;
-  }
-  if (own.size() == 1) return found;
+  const std::vector<std::string> own = keys_below(coordinate_index_, name + ".");
+  if (own.size() == 1) return coordinate_index_.at(own.front());
   if (own.size() > 1)
     throw ModelError("",
                      fmt::format("'{}' has several coordinates, name one of them: {}.", name, fmt::join(own, ", ")));
@@ -56,14 +55,12 @@ int Mechanism::number(const std::string& path) const {
   // unless it is a table.
   constexpr std::size_t kFew = 30;
   const std::string element = path.substr(0, path.rfind('.') + 1);
-  std::vector<std::string> own;
-  for (auto n = number_index_.lower_bound(element); n != number_index_.end() && n->first.starts_with(element); ++n)
-    own.push_back(n->first.substr(element.size()));
-  throw ModelError("", fmt::format("There is no number '{}'.{}{}", path, suggestion(path, keys(number_index_)),
-                                   element.empty() || own.empty() || own.size() > kFew
-                                       ? ""
-                                       : fmt::format(" [{}] has these: {}.", element.substr(0, element.size() - 1),
-                                                     fmt::join(own, ", "))));
+  std::vector<std::string> own = keys_below(number_index_, element);
+  for (std::string& name : own) name.erase(0, element.size());
+  std::string has;
+  if (!element.empty() && !own.empty() && own.size() <= kFew)
+    has = fmt::format(" [{}] has these: {}.", element.substr(0, element.size() - 1), fmt::join(own, ", "));
+  throw ModelError("", fmt::format("There is no number '{}'.{}{}", path, suggestion(path, keys(number_index_)), has));
 }
 
 const PlanarPoint& Mechanism::point(const std::string& name) const {

@@ -83,7 +83,7 @@ std::vector<SlipMap> find_slip_maps(const Problem& problem, HessianEquations& eq
     };
     VectorXd x = x_of(from);
     Tangents tangents = begin(system);
-    const double t = steps.run(slip.begin, slip.end, x, tangents, x_of(state_at(slip.end)), !slip.from_rest);
+    const double t = steps.run(slip.begin, slip.end, x, tangents, x_of(state_at(slip.end)));
     work.steps += steps.steps();
     work.factorizations += steps.factorizations();
     if (t < slip.end)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <ctime>
+#include <limits>
 #include <stdexcept>
 #include <thread>
 
@@ -28,8 +29,10 @@ class RunBudget {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   }
 
+  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
   /// From here on: at most `seconds` in all, and `steps` in each run. Runs may be of other threads than this one.
-  void begin(double seconds, double steps) {
+  void begin(double seconds, double steps = kNoLimit) {
     static std::atomic<long> begun{0};
     seconds_ = seconds;
     steps_ = steps;
@@ -38,14 +41,14 @@ class RunBudget {
     began_ = processor_s();
     others_ = 0;
   }
-  void unlimited() { seconds_ = steps_ = 0; }
+  void unlimited() { seconds_ = steps_ = kNoLimit; }
 
   /// Throws Cut.
   void look(double t, long steps, bool backward) const {
     const char* where = backward ? " on the way back" : "";
-    if (steps_ > 0 && static_cast<double>(steps) > steps_)
+    if (static_cast<double>(steps) > steps_)
       throw Cut(fmt::format("after {} steps at t = {:.4g} s{}, its limit of steps", steps, t, where));
-    const double spent = seconds_ > 0 ? spent_s() : 0;
+    const double spent = seconds_ < kNoLimit ? spent_s() : 0;
     if (spent > seconds_) throw Cut(fmt::format("after {:.2g} s of processor time at t = {:.4g} s{}", spent, t, where));
   }
 
@@ -65,7 +68,7 @@ class RunBudget {
     return others.fetch_add(since) + since;
   }
 
-  double seconds_ = 0, steps_ = 0, began_ = 0;
+  double seconds_ = kNoLimit, steps_ = kNoLimit, began_ = 0;
   long number_ = 0;
   std::thread::id thread_;
   alignas(std::atomic_ref<double>::required_alignment) mutable double others_ = 0;

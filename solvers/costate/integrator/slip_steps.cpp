@@ -38,11 +38,11 @@ SlipSteps::SlipSteps(SlipSystem& system, double rtol, const MatrixXd& directions
       blocks_{{0, system.assembly().n(), 2 * system.assembly().n(), N_, N_ + 1}},
       directions_(directions) {}
 
-double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, const VectorXd& last, bool stops,
-                      int most) {
+double SlipSteps::run(double t, double end, VectorXd& x, Tangents& tangents, const VectorXd& last, int most) {
   speed_ = system_.slip(t, x.data());
-  const double nothing = stops ? kStoppedSlip * speed_ : 0;
-  double h = (speed_ < system_.slip(end, last.data()) ? kFirstStretchStep : kFirstOfMany) * (end - t);
+  const bool from_rest = speed_ < system_.slip(end, last.data());
+  const double nothing = from_rest ? 0 : kStoppedSlip * speed_;
+  double h = (from_rest ? kFirstStretchStep : kFirstOfMany) * (end - t);
   set_least_sizes(end - t, x, last, end);
   evaluate(t, x, tangents, begin_);
   parts_ = system_.parts_of_slips(x.data());

@@ -38,10 +38,9 @@ class SlipSteps {
   SlipSteps(SlipSystem& system, double rtol, const Eigen::MatrixXd& directions);
 
   /// From t to `end`: x, and S with its changes, of which psi's are the last row. `last`: x at the end, about. Of a
-  /// slip that `stops` there the end is also where its own |w| is nothing any more: a motion of other steps stops a
+  /// slip that stops there the end is also where its own |w| is nothing any more: a motion of other steps stops a
   /// little earlier or later. Returns the end, or where as many steps come to.
-  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last,
-             bool stops = false, int most = 600);
+  double run(double t, double end, Eigen::VectorXd& x, Tangents& tangents, const Eigen::VectorXd& last, int most = 600);
   long steps() const { return steps_; }
   long factorizations() const { return factorizations_; }
 

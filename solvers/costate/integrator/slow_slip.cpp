@@ -235,7 +235,7 @@ StretchMap SlowSlip::map_from_rest(const SlowStretch& stretch, double rtol) {
   tangents[0].topLeftCorner(size_, size_).setIdentity();
   SlipSteps steps(*this, rtol, Eigen::MatrixXd(np_, 0));
   const double t = steps.run(stretch.begin, stretch.end, x, tangents,
-                             Eigen::Map<const Eigen::VectorXd>(stretch.after.data(), size_), false, kMostRadauSteps);
+                             Eigen::Map<const Eigen::VectorXd>(stretch.after.data(), size_), kMostRadauSteps);
   if (t < stretch.end) refuse_slow(stretch.begin, steps.steps(), t);
   StretchMap map;
   map.before = stretch.before;

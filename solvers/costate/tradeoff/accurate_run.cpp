@@ -253,7 +253,7 @@ class Chooser {
     for (;; rtol /= 10) {
       patient_ = patience_s > 0;
       budget_.unlimited();
-      if (patient_) budget_.begin(patience_s, 0);
+      if (patient_) budget_.begin(patience_s);
       try {
         attempt(what, rtol, {}, into, r);
       } catch (const SolverError&) {

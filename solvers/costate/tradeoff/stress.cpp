@@ -71,7 +71,7 @@ void StressCase::find_reference(double seconds, bool with_gradient) {
   };
   search.allow = [this, left] {
     RunBudget budget;
-    budget.begin(std::max(0.1 * limit_s_, left()), 0);
+    budget.begin(std::max(0.1 * limit_s_, left()));
     return budget;
   };
   search.has_time = [left] { return left() > 0; };
@@ -81,7 +81,7 @@ void StressCase::find_reference(double seconds, bool with_gradient) {
     if (c.formulation.empty()) continue;
     TradeRow row;
     RunBudget budget;
-    budget.begin(limit_s_, 0);
+    budget.begin(limit_s_);
     try {
       reference_.judge(probe_.run(c, rtol, 0, budget), probe_, row);
     } catch (const Cut&) {
@@ -122,7 +122,7 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
   e.what = c;
   e.allowed = allowed;
   RunBudget budget;
-  budget.begin(limit_s_, 0);
+  budget.begin(limit_s_);
   take_notices();
   const auto end = [&](StressVerdict v, const std::string& why) {
     e.verdict = v;
@@ -135,7 +135,7 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
     TradeValues v = probe.run(prepared, c.method, &result);
     if (c.method.empty() && motion_is_confirmed(prepared)) {
       RunBudget another;
-      another.begin(limit_s_, 0);
+      another.begin(limit_s_);
       confirm_motion(probe, watched(probe.prepared(c, rtol, step_s), another), v, &result);
     }
     if (v.motion) e.drift = v.motion->position_drift;

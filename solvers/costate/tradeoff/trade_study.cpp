@@ -49,7 +49,7 @@ void TradeStudy::find_reference() {
   search.gradient = options_.gradient;
   search.allow = [this] {
     RunBudget budget;
-    if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
+    if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()));
     return budget;
   };
   search.has_time = [this] { return options_.budget_s <= 0 || spent_s() < kReferenceShare / 2 * options_.budget_s; };
@@ -109,7 +109,7 @@ std::vector<double> TradeStudy::fixed_step_lengths(const RunBudget& budget) cons
 
 void TradeStudy::choose_rows() {
   RunBudget budget;
-  if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, 0.1 * options_.budget_s), 0);
+  if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, 0.1 * options_.budget_s));
   std::vector<double> steps;
   try {
     steps = fixed_step_lengths(budget);
@@ -147,7 +147,7 @@ bool TradeStudy::fill(TradeRow& row, double limit_s) const {
   };
   const Combination& c = table_.combinations[row.combination];
   RunBudget budget;  // its own: rows run beside each other
-  budget.begin(limit_s, 0);
+  budget.begin(limit_s);
   take_notices();
   try {
     const TradeValues v = probe_.run(c, row.rtol, row.step_s, budget);
@@ -212,10 +212,10 @@ void TradeStudy::run_rows() {
       TradeRow& row = table_.rows[next[c].back()];
       row.why.clear();
       double& least = fastest[{table_.combinations[c].method.empty(), row.level}];
-      double limit = least > 0 ? std::max(kLeast_s, options_.patience * least) : 0;
+      double limit = least > 0 ? std::max(kLeast_s, options_.patience * least) : RunBudget::kNoLimit;
       if (options_.budget_s > 0) {
         const double left = std::max(kLeast_s, end_s - spent_s());
-        limit = limit > 0 ? std::min(limit, left) : left;
+        limit = std::min(limit, left);
       }
       taken[c] = 1;
       lock.unlock();

@@ -83,7 +83,7 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     for (int j = 0; j < kOfSphere; ++j) {
       phi_q(0, j) = gap.d[j];
       rate[j] = 1;
-      slips(s.q, rate, s.p, slip);
+      slips(surface_, s.q, rate, s.p, s.p + own_, slip);
       rate[j] = 0;
       for (int k = 0; k < Surface::tangents; ++k) phi_q(1 + k, j) = slip[k];
     }
@@ -98,7 +98,7 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
       path[i].v.c1 = 1;
       rate[i] = 1.0;
       const Dual<kOfSphere, Taylor2> gap = surface_.gap(path.data(), g.data(), g.data() + own_);
-      slips(q.data(), rate, p.data(), slip);
+      slips(surface_, q.data(), rate, p.data(), p.data() + own_, slip);
       path[i].v.c1 = 0;
       rate[i] = 0.0;
       for (int j = 0; j < kOfSphere; ++j) {
@@ -135,10 +135,10 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     Dual<1> rate[kOfSphere], slip[Surface::tangents];
     Dual<kOfSphere> velocity[kOfSphere], of_velocity[Surface::tangents];
     for (int j = 0; j < kOfSphere; ++j) velocity[j] = s.v[j];
-    slips(q.data(), velocity, p.data(), of_velocity);
+    slips(surface_, q.data(), velocity, p.data(), p.data() + own_, of_velocity);
     for (int j = 0; j < kOfSphere; ++j) {
       rate[j] = 1.0;
-      slips(along.data(), rate, numbers.data(), slip);
+      slips(surface_, along.data(), rate, numbers.data(), numbers.data() + own_, slip);
       rate[j] = 0.0;
       for (int k = 0; k < Surface::tangents; ++k) twist(1 + k, j) += slip[k].d[0] - of_velocity[k].d[j];
     }
@@ -156,7 +156,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
 
  private:
   bool rolls() const { return Surface::dim == 3 && surface_.round() && sticks_; }
-  static constexpr int kOfSphere = 7;  // coordinates of its body: spheres are of rigid bodies
+  static constexpr int kOfSphere = 7;                  // coordinates of its body: spheres are of rigid bodies
+  static constexpr int kMostNumbers = kAlong + 2 + 3;  // of the plane, where it sticks, and of the point
 
   /// The coordinates, each in a direction of its own.
   template <class S>
@@ -166,16 +167,16 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     return q;
   }
   template <class S>
-  std::array<S, kAlong + 2 + 3> constants(const LocalState& s) const {
-    std::array<S, kAlong + 2 + 3> p;
+  std::array<S, kMostNumbers> constants(const LocalState& s) const {
+    std::array<S, kMostNumbers> p;
     for (std::size_t i = 0; i < this->numbers().size(); ++i) p[i] = s.p[i];
     return p;
   }
   /// J(q) rate of the rows that roll.
   template <class S>
-  void slips(const S* q, const S* rate, const S* p, S* slip) const {
+  static void slips(const Surface& surface, const S* q, const S* rate, const S* ground, const S* point, S* slip) {
     typename Surface::template Motion<S> m;
-    surface_.motion(q, rate, p, p + own_, m);
+    surface.motion(q, rate, ground, point, m);
     for (int k = 0; k < Surface::tangents; ++k) slip[k] = m.slip[k];
   }
 
@@ -202,9 +203,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   static void ways_of_sphere(const Surface& surface, const S* q, const S* ground, const S* point, S* ways) {
     S v[SpatialPoint::kMaxCoordinates];
     for (int i = 0; i < surface.point().size(); ++i) v[i] = rate_of(q[i]);
-    typename Surface::template Motion<S> m;
-    surface.motion(q, v, ground, point, m);
-    for (int k = 0; k < Surface::tangents; ++k) ways[k] = way_of(m.slip[k]);
+    slips(surface, q, v, ground, point, ways);
+    for (int k = 0; k < Surface::tangents; ++k) ways[k] = way_of(ways[k]);
   }
 
   Surface surface_;

@@ -86,6 +86,8 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
       const double slides = is ? state(after, its.sliding_state) : 0;
       if (slides_in_space(its)) {
         other.ready = slides != 0;
+        // What has stopped and slides on is another slip.
+        if (its.closed_state >= 0 && slip_begins(its, states.data(), after.data())) other.largest_slip = 0;
         continue;
       }
       other.ready = slides != 0 && slides * row_of(*its.force, *its.contact, 1, behind, assembly_, nullptr).c1 > 0 &&
@@ -232,7 +234,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
     closed.push_back(&c);
     const double along = c.sliding_state < 0 ? 0 : z[c.sliding_state];
     const int way = along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks;
-    const bool stays = way == kSticks || stops_now(c) || has_stopped(c, s, acceleration);
+    const bool stays = way == kSticks || begins(c) || stops_now(c) || has_stopped(c, s, acceleration);
     rests.push_back(stays);
     if (begins(c))
       options.push_back({way});
@@ -254,7 +256,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   std::vector<double> x(n + m), found;
   std::vector<char> from_rest(closed.size(), 0);  // whether a contact in space may begin to slide where it is
   for (std::size_t c = 0; c < closed.size(); ++c)
-    from_rest[c] = slides_in_space(*closed[c]) && !begins(*closed[c]) && rests[c];
+    from_rest[c] = slides_in_space(*closed[c]) && rests[c] && (!begins(*closed[c]) || friction_falls(*closed[c]));
   std::optional<SlipSearch> search;
   if (std::any_of(from_rest.begin(), from_rest.end(), [](char c) { return c != 0; })) {
     std::vector<double> open_z(z, z + assembly_.nz());
@@ -303,7 +305,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       const int number = static_cast<int>(&at - contacts_.data());
       const auto* together = impact_ ? shares_->find(number, solved, impact_->balance(), velocity_error()) : nullptr;
       if ((together ? together->weight() : -lambda[0]) < -kContactRounding * forces) return false;
-      if (at.sliding_state < 0 || begins(at)) continue;
+      if (at.sliding_state < 0 || (begins(at) && !from_rest[c])) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
         if (!sticks_within_limits(at, solved, beyond * forces)) return false;
       } else if (rests[c]) {

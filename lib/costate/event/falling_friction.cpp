@@ -30,7 +30,10 @@ void MotionEvents::require_falling(int event, const StateView& before, const Sta
   solve_motion(behind, x.data());
   // Of what is held all accelerations are rounding.
   const double largest = std::max(acceleration_by_forces(behind), largest_of(x.data()));
-  if (std::abs(row_of(*own.force, *own.contact, 1, behind, assembly_, x.data()).c2) > kHeld * largest) return;
+  double along = 0;
+  for (int row = 1; row < own.contact->row_count(); ++row)
+    along = std::hypot(along, row_of(*own.force, *own.contact, row, behind, assembly_, x.data()).c2);
+  if (along > kHeld * largest) return;
   throw CapabilityError(fmt::format(
       "At t = {:.9g} s the friction of {} reaches its limit while other contacts hold its body: who bears how much is "
       "not determined, and with static_coefficient above friction_coefficient the motion is not, either. Give one "

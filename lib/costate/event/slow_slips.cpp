@@ -17,14 +17,6 @@ namespace {
 // Feet of one body end to slide in one instant: so many times the speed of the one that is seen to is as slow, and so
 // is this speed [m/s].
 constexpr double kAsSlow = 3, kStopsWith = 30 * kSlidingOffset;
-
-/// Of a contact in space: whether it slides from rest with the states `after`, and has not done so with those before.
-template <class Contact>
-bool slip_begins(const Contact& c, const double* before, const double* after) {
-  if (after[c.closed_state] < 0.5 || after[c.sliding_state] < 0.5) return false;
-  const double *offset = after + c.sliding_state + 1, *was = before + c.sliding_state + 1;
-  return offset[0] != was[0] || offset[1] != was[1];
-}
 }  // namespace
 
 MotionEvents::Slowest MotionEvents::slowest_in_space(const StateView& s) {
@@ -139,12 +131,14 @@ int MotionEvents::begins_from_rest(int event, const StateView& before, const dou
   int row = -1;
   for (const ContactOf& c : contacts_) {
     if (!slides_in_space(c) || !slip_begins(c, before.z, z_after)) continue;
-    if (&c != contact_of(event) || contact_guard(event) != UnilateralForce::Guard::slip_forward)
-      throw CapabilityError(
-          fmt::format("At t = {:.9g} s, at '{}', {} begins to slide in space from rest, in a direction that the impact "
-                      "or the other contact decides: methods of fixed steps do not carry its derivative. Take idas, "
-                      "cvodes or hand-derived methods, or discrete ones on radau5.",
-                      before.t, of(event).name, c.force->path()));
+    const bool by_itself = &c == contact_of(event) && contact_guard(event) == UnilateralForce::Guard::slip_forward;
+    if (!by_itself || friction_falls(c))
+      throw CapabilityError(fmt::format(
+          "At t = {:.9g} s, at '{}', {} begins to slide in space from rest, in a direction that {} decides: "
+          "methods of fixed steps do not carry its derivative. Take idas, cvodes or hand-derived methods, "
+          "or discrete ones on radau5.",
+          before.t, of(event).name, c.force->path(),
+          by_itself ? "the fall of its friction" : "the impact or the other contact"));
     row = c.first_row;
   }
   return row;

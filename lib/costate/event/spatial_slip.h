@@ -25,6 +25,14 @@ Eigen::VectorXd slip_of(const Contact& c, const StateView& s, const Assembly& as
   return w;
 }
 
+/// Whether it slides from rest with the states `after`, and has not done so with those before.
+template <class Contact>
+bool slip_begins(const Contact& c, const double* before, const double* after) {
+  if (after[c.closed_state] < 0.5 || after[c.sliding_state] < 0.5) return false;
+  const double *offset = after + c.sliding_state + 1, *was = before + c.sliding_state + 1;
+  return offset[0] != was[0] || offset[1] != was[1];
+}
+
 /// The offset of its velocity, behind the state `sliding` of z: none.
 inline void clear_slip(int sliding, double* z) { z[sliding + 1] = z[sliding + 2] = 0; }
 

@@ -3,8 +3,8 @@
 // are those of its rows (constraint/contact_rows.h). States, of one that may close: 1 while it is closed, else 0; with
 // friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks. In space 1 where it slides,
 // and the offset of its velocity (element/switched_rows.h), which is 0 but where sliding has begun from rest.
-// Numbers: e, mu of sliding and of impacts, mu_s up to which it sticks (in the plane; in space the same number), the
-// approach speed below which it closes, h, alpha, R, the states at the start; those of the points.
+// Numbers: e, mu of sliding and of impacts, mu_s up to which it sticks, the approach speed below which it closes, h,
+// alpha, R, the states at the start; those of the points.
 #pragma once
 
 #include <cmath>
@@ -65,7 +65,8 @@ class RigidContact final : public Force, public UnilateralForce, public Conditio
   void add_number_gradient(const LocalState&, const double*, const double*, const int*, int, double*) const override {}
 
   // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu_s N -+ F of sticking,
-  // and the end of sliding, where s v_t falls to 0. In space mu N - |F|, and the end where |w| falls to half an offset.
+  // and the end of sliding, where s v_t falls to 0. In space mu_s N - |F|, and the end where |w| falls to half an
+  // offset.
   int guard_count() const override { return options_.closes ? options_.sticks ? kSpace ? 4 : 5 : 2 : 1; }
   Guard guard_kind(int k) const override {
     constexpr Guard plane[] = {Guard::touch, Guard::release, Guard::slip_backward, Guard::slip_forward, Guard::stop};

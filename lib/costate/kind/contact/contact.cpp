@@ -7,7 +7,6 @@
 #include <type_traits>
 
 #include "costate/base/error.h"
-#include "costate/base/notice.h"
 #include "costate/element/force/contact.h"
 #include "costate/element/force/contact_road.h"
 #include "costate/kind/contact/rigid_contact.h"
@@ -176,17 +175,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   // Of models of a compliant contact that have none, too.
   if (compliant.friction != "none" && compliant.static_coefficient < 0)
     compliant.static_coefficient = table.find_value("static_coefficient", NumberRule::non_negative).value_or(-1);
-  if (!builder.has_spatial_point(point)) {
-    o.static_coefficient = compliant.static_coefficient;
-  } else if (compliant.static_coefficient > o.friction_coefficient) {
-    o.friction_coefficient = compliant.static_coefficient;
-    o.friction_key = "static_coefficient";
-    notice(fmt::format(
-        "contact.{}: A rigid contact in space has one coefficient of friction: static_coefficient = {:g} is that of "
-        "sticking, of sliding and of impacts, and friction_coefficient = {:g} does not count. Give one, or take kind = "
-        "\"compliant\", which has both.",
-        name, compliant.static_coefficient, compliant.friction_coefficient));
-  }
+  o.static_coefficient = compliant.static_coefficient;
   const bool rough = o.friction_coefficient > 0 || o.static_coefficient > 0;
   if (o.closed && rough) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
@@ -206,15 +195,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   table.flag("energy_lost", false);  // a run's events say what each impact takes
   add_rigid_contact(builder, name, point, o);
   // Parameters of such a scene find their numbers, on which nothing depends then.
-  for (const auto& [key, value] :
-       {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
-        {"exponent", compliant.exponent},
-        {"damping_N_s_per_m", compliant.damping_N_s_per_m},
-        {"friction_coefficient", o.friction_key == "static_coefficient" ? compliant.friction_coefficient : -1},
-        {"static_coefficient", o.static_coefficient < 0 ? compliant.static_coefficient : -1},
-        {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
-    if (value >= 0 && key != o.friction_key && table.has(key))
-      builder.add_number(path + "." + key, value, NumberRule::non_negative);
+  for (const auto& [key, value] : {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
+                                   {"exponent", compliant.exponent},
+                                   {"damping_N_s_per_m", compliant.damping_N_s_per_m},
+                                   {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
+    if (value >= 0 && table.has(key)) builder.add_number(path + "." + key, value, NumberRule::non_negative);
 }
 
 const RegisterSceneKind contact_registered({

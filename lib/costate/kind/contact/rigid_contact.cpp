@@ -41,7 +41,7 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
                      "What slides in space does so along its velocity: \"forward\" says that it slides.");
   ContactNumbers numbers(builder, path);
   numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
-  numbers.add(o.friction_key, o.friction_coefficient, not_negative, options.sticks);
+  numbers.add("friction_coefficient", o.friction_coefficient, not_negative, options.sticks);
   if (o.static_coefficient < 0)
     numbers.repeat();
   else

@@ -10,11 +10,10 @@ namespace costate {
 
 struct RigidContactOptions {
   double restitution = 0;  // speed after an impact by the speed before, 0 to 1; of poisson's law impulses
-  std::string restitution_law = "newton";             // or "poisson"
-  double friction_coefficient = 0;                    // Coulomb's; 0: there is no friction
-  std::string friction_key = "friction_coefficient";  // what that number is called
-  double static_coefficient = -1;                     // of sticking, in the plane; negative: that of sliding
-  double closing_speed_m_per_s = 0;                   // with a lower approach speed it closes
+  std::string restitution_law = "newton";  // or "poisson"
+  double friction_coefficient = 0;         // Coulomb's; 0: there is no friction
+  double static_coefficient = -1;          // of sticking; negative: that of sliding
+  double closing_speed_m_per_s = 0;        // with a lower approach speed it closes
   bool for_good = false;  // one with restitution bounces for good; if not it closes where bounces die out
   bool closed = false;    // at the start
   int sliding = 0;  // then: 1 or -1 where it slides along the plane or against it (in space 1: along its velocity)

@@ -61,7 +61,8 @@ std::string verdict(const CycleResult& r) {
   if (*stable)
     return fmt::format("  stable: a disturbance is {} after each cycle\n",
                        m < 1e-6 ? std::string("gone") : fmt::format("{:.3g} of what it was", m));
-  return fmt::format("  NOT STABLE: a disturbance is {:.3g} times what it was after each cycle\n", m);
+  return fmt::format("  NOT STABLE: a disturbance is {} times what it was after each cycle\n",
+                     m < 1.01 ? known_digits(m, std::min(r.undecided, 1e-3 * (m - 1))) : fmt::format("{:.3g}", m));
 }
 
 std::string multiplier_text(const std::complex<double>& m, double error) {

@@ -294,7 +294,8 @@ class FigureMaker {
         shape.at.push_back(p->place.at);
     if (shape.at.empty()) return;
     shape.turned = turned(points);
-    const Vector3d origin = number(f.path() + ".ground_height_m").value_or(0) * Vector3d::Unit(up);
+    const Vector3d origin = number(f.path() + ".ground_height_m").value_or(0) * Vector3d::Unit(up) +
+                            number(f.path() + ".ground_x_m").value_or(0) * Vector3d::UnitX();
     shape.at.push_back(shape.at.front() - normal.dot(shape.at.front() - origin) * normal);
     figure_.links.push_back(shape);
   }

@@ -314,7 +314,8 @@ void MotionEvents::require_seen(const GuardOf& g, double last, double past, cons
   if (last <= kAtGround * size && past > kAtGround * size)
     throw SolverError(fmt::format(
         "At t = {:.9g} s '{}' is past by {:.3g} m, and had not been seen to come: what it left from it left "
-        "by less than rounding. Let it start a little away, or take a smaller rtol.",
+        "by less than rounding. Let what touches at the start begin a little away, or, where it came there later, take "
+        "a smaller rtol.",
         s.t, g.name, past));
 }
 

@@ -130,7 +130,7 @@ void tell_of_impulses(const Problem& problem, const Simulation& result, const st
   const Mechanism& m = *problem.mechanism;
   const double begin = problem.solver.t_start, end = result.end ? result.end->t : problem.solver.t_end;
   const auto kink = std::find_if(kinks.begin(), kinks.end(), [&](double t) { return begin < t && t < end; });
-  const std::vector<int> parts = coordinate_parts(m);
+  const std::vector<int> parts = constrained_parts(m);  // forces carry no impulse
   for (const auto& term : problem.objective.running) {
     if (!term->needs_accelerations()) continue;
     const auto* output = dynamic_cast<const OutputTerm*>(term.get());

@@ -2,7 +2,8 @@
 // along the ground, for an arc less what it has rolled; in space two places, of a point. What a sphere has rolled is no
 // function of how it is turned: its rows are t.(r' + omega x (-R n)), linear in the rates (element/switched_rows.h).
 // The multiplier of a row is minus the force of the ground.
-// Numbers: h, alpha, R, where it sticks at the start if that is said, in both directions in space; those of the point.
+// Numbers: h, alpha, R, x0, where it sticks at the start if that is said, in both directions in space; those of the
+// point.
 #pragma once
 
 #include <array>

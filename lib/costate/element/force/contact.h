@@ -6,9 +6,9 @@
 // the end the energy lost, where it is asked for:
 //   E' = (N - K d^n) ddot - F.v_t - M.omega,
 // what the bodies gave and the elastic part of the normal force does not hold (bristles count as lost).
-// Numbers: K, n, e, C, those of friction, h, alpha, R, the initial approach speed, zero (what starts at rest), those of
-// rolling; Young's moduli and Poisson's ratios of body and ground, which in the place of K give Hertz's, 4/3 E*
-// sqrt(R), 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; a share a point where there are several; those of the points.
+// Numbers: K, n, e, C, those of friction, h, alpha, R, x0, the initial approach speed, zero (what starts at rest),
+// those of rolling; Young's moduli and Poisson's ratios of body and ground, which in the place of K give Hertz's, 4/3
+// E* sqrt(R), 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; a share a point where there are several; those of the points.
 #pragma once
 
 #include <algorithm>
@@ -149,9 +149,9 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   bool latches_speed(int k) const override { return k % 2 == 0 && latches_ && uses_latched_speed(options_.law); }
   std::string past_at_start(int k) const override {
     if (!latches_) return {};
-    return k % 2 == 0
-               ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
-               : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
+    return k % 2 == 0 ? "a contact that is closed at the start needs an 'approach_speed_m_per_s' above 0, the speed it "
+                        "was closed with."
+                      : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
   }
   PathDual guard(int k, const MeasureArguments& x) const override {
     if (k % 2 == 0 && !is_ahead(k / 2, x.q, x.p)) return PathDual(std::nan(""));

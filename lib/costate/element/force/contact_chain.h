@@ -119,6 +119,7 @@ class ContactChain : public ContactPoints<Point, Ground> {
       p[numbers[j]].d[d] = 1;
       const int k = numbers[j] - kGround;
       if (k == Ground::kHeight) f.motion.gap.d[d] = -at.m.n[1];
+      if (k == Ground::kPlace) f.motion.gap.d[d] = -at.m.n[0];
       if (k == Ground::kRadius) {
         f.motion.gap.d[d] = -1;
         f.motion.slip[0].d[d] = at.m.omega[0];

@@ -93,9 +93,9 @@ class ContactPair final : public ForceOf<ContactPair<Point>>,
   bool latches_speed(int k) const override { return k == 0 && latched() && uses_latched_speed(options_.law); }
   std::string past_at_start(int k) const override {
     if (!latched()) return {};
-    return k == 0
-               ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
-               : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
+    return k == 0 ? "a contact that is closed at the start needs an 'approach_speed_m_per_s' above 0, the speed it was "
+                    "closed with."
+                  : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
   }
   PathDual guard(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
   double guard_value(int, const LocalState& s) const override { return gap(s.q, s.p); }

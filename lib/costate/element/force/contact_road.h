@@ -5,7 +5,7 @@
 //   R.
 // The derivatives of u are those of this equation: Newton's iteration with its derivative at the root gains one order
 // each time. Velocities are relative to the ground's material points at c = r - R n, which forces act on in return.
-// Numbers `g` of the plane and the surface: h, alpha, R; `p` those of the point, `road` those of the road.
+// Numbers `g` of the plane and the surface: h, alpha, R, x0; `p` those of the point, `road` those of the road.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ class RoadSurface {
   using Plane = ContactSurface<Point>;
   static constexpr int dim = Plane::dim, tangents = Plane::tangents, turns = Plane::turns;
   static constexpr int kHeight = Plane::kHeight, kAngle = Plane::kAngle, kRadius = Plane::kRadius,
-                       kNumbers = Plane::kNumbers;
+                       kPlace = Plane::kPlace, kNumbers = Plane::kNumbers;
 
   /// road may be null: a plane that a body carries. carried: by a body of the plane, whose coordinates are behind those
   /// of the point.
@@ -170,10 +170,10 @@ class RoadSurface {
   template <class S>
   void frame(const S* q, const S* g, S* n, S (*t)[dim]) const {
     if (!carried_) return Plane::frame(g, n, t);
-    const S turned[kNumbers] = {g[kHeight], g[kAngle] + q[point().size() + 2], g[kRadius]};
+    const S turned[kNumbers] = {g[kHeight], g[kAngle] + q[point().size() + 2], g[kRadius], g[kPlace]};
     Plane::frame(turned, n, t);
   }
-  /// The centre from the plane's origin, which is h above that of the carrier.
+  /// The centre from the plane's origin, (x0, h) from that of the carrier.
   template <class S>
   void from_plane(const S* q, const S* g, const S* p, S* r) const {
     using std::cos;
@@ -181,12 +181,13 @@ class RoadSurface {
     for (int i = 0; i < dim; ++i) r[i] = S(0.0);
     plane_.position(q, p, r);
     if (!carried_) {
+      r[0] -= g[kPlace];
       r[dim - 1] -= g[kHeight];
       return;
     }
     const S* base = q + point().size();
-    r[0] -= base[0] - g[kHeight] * sin(base[2]);
-    r[1] -= base[1] + g[kHeight] * cos(base[2]);
+    r[0] -= base[0] + g[kPlace] * cos(base[2]) - g[kHeight] * sin(base[2]);
+    r[1] -= base[1] + g[kPlace] * sin(base[2]) + g[kHeight] * cos(base[2]);
   }
 
   /// Of m: gap, n, t. r: the centre from the carrier's origin; up: the direction in which the ground moves, at `rate`.
@@ -225,8 +226,8 @@ class RoadSurface {
         using std::cos;
         using std::sin;
         const S* base = q + point().size();
-        r[0] -= g[kHeight] * sin(base[2]);
-        r[1] += g[kHeight] * cos(base[2]);
+        r[0] += g[kPlace] * cos(base[2]) - g[kHeight] * sin(base[2]);
+        r[1] += g[kPlace] * sin(base[2]) + g[kHeight] * cos(base[2]);
       }
   }
 

@@ -1,9 +1,9 @@
-// What touches the ground: a point, or an arc or a sphere about it, against a plane. The plane has the height h above
-// the origin and rises by the angle alpha along x: normal n = (-sin alpha, cos alpha), in space (-sin alpha, 0, cos
+// What touches the ground: a point, or an arc or a sphere about it, against a plane. The plane goes through
+// (x0, h) and rises by the angle alpha along x: normal n = (-sin alpha, cos alpha), in space (-sin alpha, 0, cos
 // alpha). With the radius R and the centre r
-//   gap = n.(r - (0, h)) - R,  v_t = t.(rdot + omega x (-R n)):
+//   gap = n.(r - (x0, h)) - R,  v_t = t.(rdot + omega x (-R n)):
 // the velocities are those of material points, so that a wheel that rolls does not slide.
-// Numbers `g` of the plane and the surface: h, alpha, R; `p` those of the point.
+// Numbers `g` of the plane and the surface: h, alpha, R, x0; `p` those of the point.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ class ContactSurface {
  public:
   static constexpr int dim = Point::Vector::RowsAtCompileTime;
   static constexpr int tangents = dim - 1;
-  static constexpr int kHeight = 0, kAngle = 1, kRadius = 2, kNumbers = 3;
+  static constexpr int kHeight = 0, kAngle = 1, kRadius = 2, kPlace = 3, kNumbers = 4;
   /// Angular velocities and moments: about z in the plane.
   static constexpr int turns = dim == 2 ? 1 : 3;
 
@@ -59,10 +59,10 @@ class ContactSurface {
       point_.velocity(q, v, p, u);
   }
 
-  /// Of a place r: n.(r - (0, h)) - R.
+  /// Of a place r: n.(r - (x0, h)) - R.
   template <class S>
   static S gap_of(const S* r, const S* n, const S* g) {
-    S gap = -g[kRadius] - n[dim - 1] * g[kHeight];
+    S gap = -g[kRadius] - n[dim - 1] * g[kHeight] - n[0] * g[kPlace];
     for (int i = 0; i < dim; ++i) gap += n[i] * r[i];
     return gap;
   }
@@ -124,12 +124,13 @@ class ContactSurface {
     return gap(q, g, p);
   }
 
-  /// Where it is along the k-th direction of the plane, from the foot of the origin.
+  /// Where it is along the k-th direction of the plane, from (x0, h).
   template <class S>
   S along(int k, const S* q, const S* g, const S* p) const {
     S r[dim] = {}, n[dim], t[tangents][dim], s(0.0);
     position(q, p, r);
     frame(g, n, t);
+    r[0] -= g[kPlace];
     r[dim - 1] -= g[kHeight];
     for (int i = 0; i < dim; ++i) s += t[k][i] * r[i];
     return s;

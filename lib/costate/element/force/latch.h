@@ -2,8 +2,8 @@
 // spring and damper, until it is let go. Events: it catches where x = angle_j - angle_i comes to x0 from one side, and
 // is let go where a point comes down to a plane of the ground (where that is ahead of another one).
 //   T = k (x - x0) + c x'  while it holds, Q_j = -T, Q_i = T.
-// State: the mode, 1 where it holds. Numbers: k, c, x0, the mode at the start; h, alpha, R of the plane and of an arc
-// about the point (contact_surface.h); those of the points.
+// State: the mode, 1 where it holds. Numbers: k, c, x0, the mode at the start; h, alpha, R, x of the plane and of an
+// arc about the point (contact_surface.h); those of the points.
 #pragma once
 
 #include <cmath>

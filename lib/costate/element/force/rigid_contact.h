@@ -4,7 +4,7 @@
 // friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks. In space 1 where it slides,
 // and the offset of its velocity (element/switched_rows.h), which is 0 but where sliding has begun from rest.
 // Numbers: e, mu of sliding and of impacts, mu_s up to which it sticks, the approach speed below which it closes, h,
-// alpha, R, the states at the start; those of the points.
+// alpha, R, x0, the states at the start; those of the points.
 #pragma once
 
 #include <cmath>

@@ -28,6 +28,7 @@ std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path,
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
   numbers.add("radius_m", o.radius_m, not_negative, o.radius_m > 0);
+  numbers.add("ground_x_m", o.ground_x_m, NumberRule::any, true);
   numbers.add_start(o,
                     touch_is_event(normal_law(path + ".law", o.law), friction_model(path + ".friction", o.friction)) ||
                         !o.ahead_of.empty());
@@ -117,6 +118,7 @@ void add_contact(MechanismBuilder& builder, const std::string& name, const std::
   const std::string path = "contact." + name;
   const bool space = !points.empty() && builder.has_spatial_point(points.front());
   check_sizes(path, o, points, space);
+  tell_of_wall(path, o.ground_x_m, o.ground_height_m, o.ground_angle_rad);
   const auto key = [&](std::size_t i) {
     return path + (points.size() == 1 ? ".point" : fmt::format(".points[{}]", i));
   };
@@ -188,6 +190,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
     if (o.across_m && !builder.has_spatial_point(point))
       throw ModelError(path + ".across_m", "The plane has one direction along the ground, along_m: leave this out.");
   }
+  o.ground_x_m = table.value("ground_x_m", NumberRule::any, 0);
   o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
   o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
   o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);
@@ -230,6 +233,7 @@ law = "hunt-crossley"
 stiffness_N_per_m_n = 2e4
 restitution = 0.7
 radius_m = 0.1
+ground_x_m = 0.01
 ground_angle_rad = -0.05
 friction = "stribeck"
 friction_coefficient = 0.4
@@ -253,6 +257,7 @@ given = ["ball.x", "ball.y", "ball.angle"]
           read_friction(table, o);
           if (touch_is_event(normal_law("", o.law), friction_model("", o.friction)) || !o.ahead_of.empty())
             o.approach_speed_m_per_s = table.value("approach_speed_m_per_s", not_negative, o.approach_speed_m_per_s);
+          o.ground_x_m = table.value("ground_x_m", NumberRule::any, 0);
           o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
           o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
           o.ground.road = table.text("road", "");

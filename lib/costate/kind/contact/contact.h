@@ -11,7 +11,7 @@
 namespace costate {
 
 struct ContactOptions : ContactLawOptions {
-  double ground_height_m = 0, ground_angle_rad = 0;
+  double ground_x_m = 0, ground_height_m = 0, ground_angle_rad = 0;  // goes through (x, height)
   double radius_m = 0;
   double rolling_resistance_m = 0;  // the arm of the moment against rolling; of what has a radius
   double spinning_resistance_m = 0;

@@ -40,7 +40,8 @@ const KindKeys contact_keys(
      {"decay_s_per_m", "bengisu-akay: of the way from sticking to sliding"},
      {"bristle_stiffness_per_m", "dahl, lugre: the normal force times this is a stiffness"},
      {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
-     {"ground_height_m", "of the ground at x = 0"},
+     {"ground_x_m", "where the ground has its height; a wall, at pi/2 or -pi/2, stands there"},
+     {"ground_height_m", "of the ground there"},
      {"ground_angle_rad", "by which it rises along x"},
      {"road", "name of a [road]: the ground is as much higher than that plane, along its normal"},
      {"ground_body", "name of a body of the plane that carries the ground, in its frame"},
@@ -169,6 +170,7 @@ approach_speed_m_per_s = 0.31
 [contact.shaker]
 points = ["heel", "toe"]
 road = "shaker"
+ground_x_m = -0.01
 ground_angle_rad = 0.1
 law = "kelvin-voigt"
 stiffness_N_per_m_n = 2e4
@@ -178,6 +180,7 @@ approach_speed_m_per_s = 0.31
 [contact.deck]
 point = "C"
 ground_body = "deck"
+ground_x_m = 0.02
 ground_height_m = 0.05
 law = "hertz"
 stiffness_N_per_m_n = 2e4

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/kind/lookup.h"
 
 namespace costate {
@@ -141,6 +143,14 @@ void ContactNumbers::add_materials(const ContactLawOptions& o, const std::string
   add("poisson_ratio", o.poisson_ratio, kNotNegative, material);
   add(other + "youngs_modulus_Pa", both ? o.other_youngs_modulus_Pa : 1, kPositive, both);
   add(other + "poisson_ratio", o.other_poisson_ratio, kNotNegative, both);
+}
+
+void tell_of_wall(const std::string& path, double x, double height, double angle) {
+  constexpr double kUpright = 1e-9;
+  if (height != 0 && x == 0 && std::abs(std::cos(angle)) <= kUpright)
+    notice(fmt::format(
+        "{}: The ground is a wall, of which ground_height_m = {:g} moves nothing: it stands at ground_x_m, which is 0.",
+        path, height));
 }
 
 void check_materials(const std::string& path, const ContactLawOptions& o, const std::string& other, bool round) {

@@ -66,6 +66,8 @@ class ContactNumbers {
   std::vector<int> numbers_;
 };
 
+/// Notice of a wall, whose height has no effect, where that may have been meant as its place.
+void tell_of_wall(const std::string& path, double x, double height, double angle);
 /// Throws ModelError where materials make no law: no radius, a linear law, a ratio out of range.
 void check_materials(const std::string& path, const ContactLawOptions& o, const std::string& other, bool round);
 

@@ -50,6 +50,7 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
   numbers.add("radius_m", o.radius_m, not_negative, options.round);
+  numbers.add("ground_x_m", o.ground_x_m, NumberRule::any, true);
   numbers.add("closed", o.closed ? 1 : 0, NumberRule::any, false);
   numbers.add("sliding", o.closed && options.sticks ? o.sliding : 0, NumberRule::any, false);
   if (space) numbers.add("sliding_offset_m_per_s", 0, NumberRule::any, false);
@@ -79,6 +80,7 @@ void add_rigid_contact(MechanismBuilder& builder, const std::string& name, const
     throw ModelError(
         path + ".restitution",
         fmt::format("The speed after an impact by the speed before is expected, 0 to 1; found {:g}.", o.restitution));
+  tell_of_wall(path, o.ground_x_m, o.ground_height_m, o.ground_angle_rad);
   if (o.static_coefficient >= 0) check_sticking(path, o.friction_coefficient, o.static_coefficient);
   const auto add = [&](const auto& find) {
     const auto at = find(path + ".point", point);

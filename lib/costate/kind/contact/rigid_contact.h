@@ -19,7 +19,7 @@ struct RigidContactOptions {
   int sliding = 0;  // then: 1 or -1 where it slides along the plane or against it (in space 1: along its velocity)
   // Where along the ground what is closed at the start sticks, in space also along y; else where its body is given.
   std::optional<double> along_m, across_m;
-  double ground_height_m = 0, ground_angle_rad = 0;
+  double ground_x_m = 0, ground_height_m = 0, ground_angle_rad = 0;  // goes through (x, height)
   double radius_m = 0;
   std::string ahead_of;  // it closes only where it is ahead of this point; empty: everywhere
 };

@@ -34,6 +34,7 @@ void add_latch(MechanismBuilder& builder, const std::string& name, const std::ve
   add(".ground_height_m", o.ground_height_m, NumberRule::any, never);
   add(".ground_angle_rad", o.ground_angle_rad, NumberRule::any, never);
   add(".release_radius_m", o.release_radius_m, NumberRule::non_negative, never);
+  add(".ground_x_m", o.ground_x_m, NumberRule::any, never);
   builder.add(std::make_unique<Latch>(name, coordinates, o.from_above, release, ahead, numbers));
 }
 
@@ -80,6 +81,7 @@ angle_rad = 0.1
 release_point = "foot"
 release_ahead_of = "other"
 release_radius_m = 0.02
+ground_x_m = 0.3
 ground_height_m = 0.05
 ground_angle_rad = -0.02
 
@@ -105,6 +107,7 @@ given = ["thigh.x", "thigh.y", "thigh.angle", "shank.x", "shank.y", "shank.angle
           if (!o.release_point.empty()) {
             o.release_ahead_of = table.text("release_ahead_of", "");
             o.release_radius_m = table.value("release_radius_m", NumberRule::non_negative, 0);
+            o.ground_x_m = table.value("ground_x_m", NumberRule::any, 0);
             o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
             o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
           }
@@ -124,7 +127,8 @@ const KindKeys latch_keys("latch",
                            {"release_ahead_of",
                             "name of a point: only where the other is ahead of it along the ground"},
                            {"release_radius_m", "of an arc about the point that lets go"},
-                           {"ground_height_m", "of the ground there at x = 0"},
+                           {"ground_x_m", "where the ground there has its height"},
+                           {"ground_height_m", "of the ground there"},
                            {"ground_angle_rad", "by which it rises along x"}});
 
 }  // namespace

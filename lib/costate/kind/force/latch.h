@@ -15,7 +15,7 @@ struct LatchOptions {
   bool holds = false;            // at the start
   std::string release_point;     // lets go where it comes down to the ground; empty: nothing does
   std::string release_ahead_of;  // and only where it is ahead of this point; empty: everywhere
-  double release_radius_m = 0, ground_height_m = 0, ground_angle_rad = 0;
+  double release_radius_m = 0, ground_x_m = 0, ground_height_m = 0, ground_angle_rad = 0;
 };
 
 /// Throws ModelError at latch.NAME.KEY: unknown angles or points, numbers out of range.

@@ -66,3 +66,13 @@ TEST_CASE("error order: the next tolerance serves the aim, in one step or in two
       CHECK(runs <= 3);
     }
 }
+
+TEST_CASE("error order: what falls faster than tolerances do has fallen by chance", "[error_order]") {
+  costate::FastestFall fall;
+  fall.look(1e-4, 1e-5, {1e-2, 0});
+  CHECK(fall.least(0) == 0);
+  // Errors of 1e-2 at 1e-4 are no less than a hundredth of that at 1e-7 (1e-3^0.7 = 1/126), whatever runs differ by.
+  fall.look(1e-5, 1e-7, {1e-9, 1e-9});
+  CHECK(fall.least(0) == Approx(1e-2 * std::pow(1e-3, 0.7)));
+  CHECK(fall.least(1) == 0);
+}

@@ -210,6 +210,7 @@ class Chooser {
     const bool scheme = find_integrator(what.integrator).discrete;
     const double first = scheme ? std::min(kSchemes * first_, kLoosestOfSchemes) : std::min(first_, kLoosest);
     ErrorOrder order(scheme);
+    fall_ = {};
     TradeReference coarse, fine;
     double looser = loose_run(what, std::min(ErrorOrder::kApart * first, kLoosestRun), patience_s, coarse, r);
     double rtol = std::min(first, 0.1 * looser);
@@ -230,7 +231,7 @@ class Chooser {
       r.looser = looser;
       judge(coarse, fine, rtol, order, r);
       r.met = r.relative <= request_.accuracy;
-      const TwoRuns two{looser, before, r.result.counters.steps, first_two, r.relative, request_.accuracy};
+      const TwoRuns two{before, r.result.counters.steps, first_two, r.relative, request_.accuracy};
       before = r.result.counters.steps;
       if (r.met && two.tell()) {
         r.widen(two.chance());
@@ -310,13 +311,19 @@ class Chooser {
     fine.gradient_unit = std::max(fine.gradient_unit, zero);
     TradeRow row;
     fine.judge(coarse.values, probe_, row);
-    double apart = 0;
-    for (const TradeMeasure m : kTradeMeasures) apart = std::max(apart, row.error_of(m).value_or(0));
-    order.look(r.looser, rtol, apart);
+    std::vector<double> apart;
+    for (const TradeMeasure m : kTradeMeasures) apart.push_back(row.error_of(m).value_or(0));
+    order.look(r.looser, rtol, *std::max_element(apart.begin(), apart.end()));
+    const std::size_t components = apart.size();
+    for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
+      apart.push_back(std::abs(fine.values.gradient[j] - coarse.values.gradient[j]));
+    apart.push_back(row.besides);
+    fall_.look(r.looser, rtol, apart);
     // An error that passes through zero is small by chance: not below the tolerance itself, nor rounding.
     const double share = order.share(), least = std::max(rtol, 1e-14);
     const auto error = [&](TradeMeasure m) {
-      return row.error_of(m) ? std::max(share * *row.error_of(m), least) : 0.0;
+      const auto i = static_cast<std::size_t>(m);
+      return row.error_of(m) ? std::max({share * apart[i], fall_.least(i), least}) : 0.0;
     };
     const double outputs = error(TradeMeasure::outputs), gradient = error(TradeMeasure::gradient),
                  of_psi = gradient * std::min(1.0, fine.gradient_unit / fine.psi_unit);
@@ -326,13 +333,14 @@ class Chooser {
     if (std::abs(fine.values.psi) < zero) r.psi_error = std::max(r.psi_error, std::abs(fine.values.psi));
     psi_unit_ = fine.psi_unit;
     r.outputs_error = outputs;
-    r.besides_error = row.worst_besides.empty() ? 0 : std::max(share * row.besides, least);
+    r.besides_error =
+        row.worst_besides.empty() ? 0 : std::max({share * row.besides, fall_.least(apart.size() - 1), least});
     r.worst_besides = row.worst_besides;
     r.relative = std::max({psi, outputs, gradient});
     r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
     r.gradient_error.clear();
     for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
-      r.gradient_error.push_back(std::max({share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
+      r.gradient_error.push_back(std::max({share * apart[components + j], fall_.least(components + j),
                                            kByChance * r.relative * std::abs(fine.values.gradient[j]),
                                            least * fine.gradient_unit / problem_.parameters.parameters[j].scale}));
   }
@@ -362,6 +370,7 @@ class Chooser {
   TradeProbe probe_;
   bool bends_;
   double first_ = 0, psi_unit_ = 1;
+  FastestFall fall_;                          // of the run that is tightened
   double psi_size_ = -1;                      // of the last run; below 0: there is none
   bool patient_ = false;                      // the run may be cut for the next best choice
   bool recorded_ = true;                      // what was recorded last is the result

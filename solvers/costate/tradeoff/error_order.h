@@ -10,6 +10,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
 
 namespace costate {
 
@@ -57,6 +60,26 @@ class ErrorOrder {
   int falls_ = 0;  // so many times in a row
   bool slow_ = false;
   double p_, looser_ = 0, ratio_ = 10, apart_ = 0;
+};
+
+/// What the runs before the last two tell: errors are not counted on to fall faster than with r^0.7, so that a
+/// difference which has done so is small by chance. Of several quantities at once.
+class FastestFall {
+ public:
+  /// Two runs at these tolerances are so far apart.
+  void look(double looser, double rtol, std::vector<double> apart) {
+    least_.assign(apart.size(), 0);
+    for (std::size_t i = 0; i < apart_.size(); ++i) least_[i] = apart_[i] * std::pow(rtol / looser_, kFastest);
+    looser_ = looser;
+    apart_ = std::move(apart);
+  }
+  /// The least error of the tighter run.
+  double least(std::size_t i) const { return least_[i]; }
+
+ private:
+  static constexpr double kFastest = 0.7;
+  double looser_ = 0;
+  std::vector<double> apart_, least_;
 };
 
 }  // namespace costate

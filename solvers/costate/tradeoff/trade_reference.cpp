@@ -262,6 +262,12 @@ void TradeReference::measure(const TradeProbe& probe) {
     }
   for (std::size_t o = 0; o < outputs.size(); ++o)
     largest[outputs[o]->unit()] = std::max(largest[outputs[o]->unit()], high[o] - low[o]);
+  // What turns makes points go round, and the other way about: as much in the other unit.
+  const double length = length_size(*probe.problem().mechanism);
+  const auto turned = [&](const std::string& unit) {
+    if (unit.starts_with("rad")) return largest["m" + unit.substr(3)] / length;
+    return unit == "m" || unit.starts_with("m/s") ? length * largest["rad" + unit.substr(1)] : 0;
+  };
   output_unit.clear();
   for (std::size_t o = 0; o < outputs.size(); ++o) {
     const double range = high[o] - low[o];
@@ -269,7 +275,8 @@ void TradeReference::measure(const TradeProbe& probe) {
         std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
     // An energy's zero is anybody's choice.
     const double least = outputs[o]->unit() == "J" ? kinetic : 0;
-    const double nothing = o < m.amounts.size() ? kCancelledTerms * m.amounts[o] : 0;
+    const double nothing = std::max(o < m.amounts.size() ? kCancelledTerms * m.amounts[o] : 0,
+                                    kCancelledTerms * turned(outputs[o]->unit()));
     output_unit.push_back(unit > 0 ? std::max({unit, least, nothing}) : 1);
   }
   psi_unit = std::max(std::abs(values.psi), kCancelled * m.cost_amount);

@@ -107,6 +107,11 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
     objective_.add_terminal_gradient_change(state, assembly_, d, change_);
   else
     objective_.add_running_gradient_change(state, assembly_, d, change_);
+  add_equations_change(d, s, mu_z);
+}
+
+void HessianEquations::add_equations_change(const Variation& d, const double* s, const double* mu_z) {
+  const StateView state = level_.state();
   const Stabilization& st = level_.stabilization();
   double *force = rows_.data(), *phi = force + n_, *phid = phi + m_, *phidd = phid + m_;
   for (int i = 0; i < n_; ++i) force[i] = -s[i];

@@ -150,11 +150,22 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   Flow minus = flow_beside(e, false, nullptr);
 
   const bool known = e.event < 0;
+  const VectorXd lambda = Map<const VectorXd>(level_.lambda(), m_);
   MotionEvents::Gradient h{VectorXd::Zero(N), -e.by, 1};
   if (known)
     jumps.instant->prepare(view(e.t, e.before.data()), e.behind);
-  else
-    h = jumps.events->begin_second(e.event, view(e.t, e.before.data()), side_of(minus));
+  else {
+    StateView s = view(e.t, e.before.data());
+    s.lambda = lambda.data();
+    h = jumps.events->begin_second(e.event, s, side_of(minus));
+  }
+  // Where friction falls f jumps in an instant that multipliers decide.
+  const bool falls = h.lambda.size() > 0 && !h.lambda.isZero(0);
+  Reactions reactions;
+  if (falls) {
+    reactions = reactions_of(h.lambda);
+    add_reactions(reactions, minus.f, h);
+  }
   const auto transition = [&](const double* of) {
     return known ? jumps.instant->transition_gradient(of) : jumps.events->transition_gradient(of);
   };
@@ -179,9 +190,16 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
     const VectorXd dx = S_before.col(j) + minus.f * dt;
     Map<VectorXd> own(dmu + static_cast<std::ptrdiff_t>(j) * N, N);
     const VectorXd dmu_behind = own + plus.mup * dt;
-    const Variation d = moved(j, dt, dx);
-    const auto W = known ? jumps.instant->gradient_change(behind.data(), d)
-                         : jumps.events->gradient_change(behind.data(), kappa, d, drho);
+    Variation d = moved(j, dt, dx);
+    VectorXd by_motion;
+    if (falls) {
+      by_motion = accelerations_.col(j) + reactions.rates * dt;
+      d.a = by_motion.data();
+      d.lambda = d.a + n_;
+    }
+    auto W = known ? jumps.instant->gradient_change(behind.data(), d)
+                   : jumps.events->gradient_change(behind.data(), kappa, d, drho);
+    if (falls) add_reactions_change(reactions, kappa, d, W);
     const auto by = transition(dmu_behind.data());
     const double change_before = minus.rho.dot(drho) - minus.mup.dot(near_before.col(j)) + dt * minus.rate(before),
                  change_behind = dmu_behind.dot(plus.f) + plus.rho.dot(drho) - plus.mup.dot(near_after.col(j)) +

@@ -4,6 +4,7 @@
 
 #include "costate/base/error.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -18,16 +19,23 @@ VectorXd as_vector(const std::vector<double>& x) {
 
 MotionEvents::Gradient MotionEvents::begin_second(int event, const StateView& before, const Side& minus) {
   const GuardOf& g = of(event);
-  if (friction_falls(g))
+  if (friction_falls(g) && slides_in_space(*contact_of(event)))
     throw CapabilityError(fmt::format(
-        "At t = {:.9g} s '{}' begins with a fall of friction, from static_coefficient to friction_coefficient: second "
-        "derivatives of psi are not carried across. Take differences of gradients, or one coefficient.",
+        "At t = {:.9g} s '{}' begins with a fall of friction in space, from static_coefficient to "
+        "friction_coefficient: second derivatives of psi are not carried across. Take differences of gradients, or one "
+        "coefficient.",
         before.t, g.name));
   second_event_ = event;
   second_before_ = before;
   if (has_impulse(event)) linearize_impact(event, before, true);
-  linearize(g, before, minus, true);
-  return {as_vector(h_x_), as_vector(h_rho_), h_t_, by_multipliers_of(g)};
+  VectorXd by_multipliers;
+  if (friction_falls(g)) {
+    by_multipliers = linearize_all(g, before, minus, true);
+  } else {
+    linearize(g, before, minus, true);
+    by_multipliers = by_multipliers_of(g);
+  }
+  return {as_vector(h_x_), as_vector(h_rho_), h_t_, by_multipliers};
 }
 
 bool MotionEvents::changes_alone(int event, const double* z_before, const double* z_after) const {
@@ -50,6 +58,31 @@ MotionEvents::Gradient MotionEvents::transition_gradient(const double* mu) {
     sum.t += weight * D_t_[i];
   }
   return sum;
+}
+
+void MotionEvents::add_multipliers_change(const GuardOf& g, double kappa, const Variation& d, Gradient& sum) {
+  sum.lambda = VectorXd::Zero(assembly_.m());
+  std::vector<int> all = sharing(g, second_before_);
+  all.push_back(static_cast<int>(&g - guards_.data()));
+  for (const int i : all) {
+    const GuardOf& of = guards_[static_cast<std::size_t>(i)];
+    load(of, second_before_);
+    const auto& numbers = of.force->numbers();
+    for (std::size_t k = 0; k < p_.size(); ++k) p_[k].v.c1 = d.numbers[numbers[k]];
+    for (std::size_t k = 0; k < lambda_.size(); ++k) lambda_[k].v.c1 = d.lambda[of.first_row + static_cast<int>(k)];
+    const auto seeded = [&](PathDual& x) {
+      x.d[0] = Taylor2(1.0);
+      const double change = kappa * of.guarded->guard(of.k, arguments()).d[0].c1;
+      x.d[0] = Taylor2();
+      return change;
+    };
+    for (std::size_t k = 0; k < lambda_.size(); ++k)
+      sum.lambda[of.first_row + static_cast<int>(k)] += seeded(lambda_[k]);
+    for (PathDual& p : p_) p.v.c1 = 0;  // they count with each other in the caller's
+    for (std::size_t k = 0; k < p_.size(); ++k)
+      for (const auto& [j, factor] : assembly_.number_columns()[static_cast<std::size_t>(numbers[k])])
+        sum.rho[j] += factor * seeded(p_[k]);
+  }
 }
 
 MotionEvents::Gradient MotionEvents::gradient_change(const double* mu, double kappa, const Variation& d,
@@ -91,6 +124,7 @@ MotionEvents::Gradient MotionEvents::gradient_change(const double* mu, double ka
     const double by = seeded(p_[k]);
     for (const auto& [j, factor] : parameters) sum.rho[j] += factor * by;
   }
+  if (friction_falls(g)) add_multipliers_change(g, kappa, d, sum);
   return sum;
 }
 

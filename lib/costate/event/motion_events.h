@@ -157,8 +157,7 @@ class MotionEvents {
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
 
   // In event/event_second_terms.cpp: second derivatives of Lambda = mu^T G + kappa h, with mu behind the event.
-  /// Derivatives by (q, v, z), by the parameters, of a guard by multipliers, and by the time itself, or changes of
-  /// them.
+  /// Derivatives by (q, v, z), by the parameters, the time itself, and of a guard by multipliers; or changes of them.
   struct Gradient {
     Eigen::VectorXd x, rho;
     double t = 0;
@@ -168,13 +167,13 @@ class MotionEvents {
   /// derivatives are not carried across it, and what adjoint() throws.
   Gradient begin_second(int event, const StateView& before, const Side& minus);
   bool is_rigid(int event) const { return contact_of(event) != nullptr; }
-  /// Whether it is a contact that lets go or begins to slide, by its multipliers: f goes on and its derivatives jump.
-  bool bends(int event) const { return by_multipliers(of(event)); }
+  /// Whether it is a contact that lets go or begins to slide, and f goes on and its derivatives jump.
+  bool bends(int event) const { return by_multipliers(of(event)) && !friction_falls(of(event)); }
   /// Whether no other rigid contact changes what it does.
   bool changes_alone(int event, const double* z_before, const double* z_after) const;
   /// Of mu^T G.
   Gradient transition_gradient(const double* mu);
-  /// The change of Lambda's along d, whose parameters change by drho, at fixed mu and kappa.
+  /// The change of Lambda's along d (its parameters': drho) at fixed mu, kappa; where friction falls by lambda, too.
   Gradient gradient_change(const double* mu, double kappa, const Variation& d, const Eigen::VectorXd& drho);
 
   // For steps that end at an event and are differentiated themselves (discrete/step_cut.h): the time of the event is
@@ -313,8 +312,7 @@ class MotionEvents {
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   // In event/falling_friction.cpp.
-  /// Whether friction falls as sliding begins, as the coefficient of sticking is the larger one: of a contact, and
-  /// whether that is what the guard is about.
+  /// Whether friction falls as sliding begins, from a larger coefficient: of a contact, and of what the guard is about.
   bool friction_falls(const ContactOf& c) const {
     return number(c, c.contact->sticking_number()) > number(c, c.contact->friction_number());
   }
@@ -330,6 +328,8 @@ class MotionEvents {
   void require_falling(int event, const StateView& before, const StateView& behind);
   /// The guard's derivatives by the multipliers of a contact (m), at what load() has loaded.
   Eigen::VectorXd by_multipliers_of(const GuardOf& g);
+  /// To gradient_change().
+  void add_multipliers_change(const GuardOf& g, double kappa, const Variation& d, Gradient& sum);
   /// linearize() of the guard and of those that share its friction; returns the derivatives by multipliers.
   Eigen::VectorXd linearize_all(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
   /// linearize() where such a guard has the multipliers that belong to the state, and h_x_, h_rho_ and hdot_ what these

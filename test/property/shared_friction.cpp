@@ -2,6 +2,7 @@
 // left to their limits is determined. Feet of one body are in static_friction.cpp.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -12,6 +13,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/cases.h"
 
 using namespace costate;
 using Catch::Contains;
@@ -151,4 +153,30 @@ t_end_s = 0.1
   CHECK_THROWS_WITH(simulate(p, {}), Contains("'contact.f0: release' has happened already") &&
                                          Contains("Who of 4 bears how much") &&
                                          !Contains("same share of its friction"));
+}
+
+// Bounces against the wall die out at 0.4725 s, and what the feet have then of speed is errors: taken for sliding,
+// their friction pushed the box to the wall, and let it go at 0.864 s (psi 1.80389 at all tolerances of Baumgarte's).
+// By statics it begins to slide where |p_x| reaches mu_l N_l + mu_r N_r of sticking, at 0.9770259 s (the sum of what
+// both feet bear about the box's middle, by scipy's brentq).
+TEST_CASE("shared friction: a box that has come to rest at a wall sticks", "[events]") {
+  for (const char* formulation : {"maggi", "index1", "index2", "baumgarte"})
+    for (const double rtol : {1e-8, 1e-9}) {
+      CAPTURE(formulation, rtol);
+      Problem p = problem_of_case("box_at_wall");
+      p.formulation = formulation;
+      p.solver.rtol = rtol;
+      p.solver.confirm = false;
+      try {
+        const auto r = simulate(p, p.parameters.values());
+        CHECK(std::abs(r.psi - 1.7874968) <= 3e-6);
+        const auto slip = std::find_if(r.events.begin(), r.events.end(), [](const RunEvent& e) { return e.t > 0.9; });
+        REQUIRE(slip != r.events.end());
+        CHECK(slip->name == "contact.l: slip");
+        CHECK(std::abs(slip->t - 0.9770259) <= 1e-6);
+      } catch (const CapabilityError& e) {  // by the shares that Baumgarte's rows have one foot is at its limit
+        CHECK(std::string(formulation) == "baumgarte");
+        CHECK_THAT(e.what(), Contains("who bears how much is not determined"));
+      }
+    }
 }

@@ -258,7 +258,7 @@ TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through
                   {"point.ball.y_m=0", "gravity.y_m_per_s2=0", "point.ball.vx_m_per_s=0",
                    R"(force.late={point="ball",y_N={kind="steps",at=[0.5],values=[0,-5],width=0.1}})"},
                   "", ""),
-             Contains("'contact.floor: touch' is past by") && Contains("start a little away"));
+             Contains("'contact.floor: touch' is past by") && Contains("begin a little away"));
   // What moves away from it may.
   CHECK(said("drop", {"point.ball.y_m=0", "gravity.y_m_per_s2=1"}, "", "").find("error") == std::string::npos);
   // A latch catches at once: -0.0002 rad where it was -5.0.

@@ -22,6 +22,9 @@ TEST_CASE("errors: suggestions", "[error]") {
   CHECK(suggestion("idaa", {"idas", "cvodes"}) == " Did you mean 'idas'?");
   CHECK(suggestion("rk4_fixed_step", {"idas", "cvodes"}) == " Known: idas, cvodes.");
   CHECK(suggestion("x", {}).empty());
+  // An element that is known has other outputs.
+  CHECK(suggestion("elbow.force", {"arm.x", "arm.y", "elbow.reaction_x", "elbow.reaction_y"}) ==
+        " Did you mean one of elbow.reaction_x, elbow.reaction_y?");
   std::vector<std::string> many;
   for (int i = 0; i < 30; ++i) many.push_back("some_rather_long_name_" + std::to_string(100 + i));
   const std::string text = suggestion("unlike", many);

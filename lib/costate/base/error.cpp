@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "costate/base/letters.h"
 
@@ -68,9 +69,15 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& ca
   const std::string near = nearest_name(name, candidates);
   if (!near.empty()) return fmt::format(" Did you mean '{}'?", near);
   if (candidates.empty()) return {};
-  std::vector<std::string> own;  // "crank.angle", "crank.angle_dot" of "crank"
-  for (const auto& c : candidates)
-    if (c.starts_with(std::string(name) + ".")) own.push_back(c);
+  const auto of = [&](const std::string& element) {
+    std::vector<std::string> list;
+    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(list),
+                 [&](const std::string& c) { return c.starts_with(element + "."); });
+    return list;
+  };
+  std::vector<std::string> own = of(std::string(name));  // "crank.angle", "crank.angle_dot" of "crank"
+  if (const auto dot = name.rfind('.'); own.empty() && dot != std::string_view::npos)
+    own = of(std::string(name.substr(0, dot)));  // and of "crank.force"
   if (own.size() == 1) return fmt::format(" Did you mean '{}'?", own.front());
   if (!own.empty() && own.size() <= 12) return fmt::format(" Did you mean one of {}?", fmt::join(own, ", "));
   constexpr std::size_t limit = 24;

@@ -193,15 +193,17 @@ void MotionEvents::strike(int event, const StateView& before) {
           "closes. It takes {:.3g} J.",
           before.t, c.contact->force->path(), speed, c.contact->largest_approach, lost));
   // In the plane what slides does so the way that it is left with, which is not what it was where the last impact holds
-  // it down, and what has no speed sticks, if it can: of corners of one body one could as well slide at no speed
-  // against another one, which then holds the friction of both, at its limit where both bear as much.
+  // it down, and what has no speed that could be told from errors sticks, if it can: of corners of one body one could
+  // as well slide at no speed against another one, or against a wall that the body has come to rest at, which then
+  // holds the friction of both, at its limit where both bear as much.
   const Impact& last = expands_ ? *expansion_ : *impact_;
   for (const InPlay& c : in_play) {
     c.contact->closed = c.contact->closed_state >= 0 && !c.bounces && c.way != kOpen;
     c.contact->slides = c.contact->closed ? slides(c.way) : 0;
-    if (c.contact->slides == 0 || c.rows.size() != 2) continue;
-    const double along = last.speed_after(c.rows[1]);
-    c.contact->slides = std::abs(along) <= kContactRounding * speed ? 0 : along > 0 ? 1 : -1;
+    if (c.contact->slides == 0 || c.rows.size() < 2) continue;
+    const double along = last.speed_after(c.rows[1]), across = c.rows.size() > 2 ? last.speed_after(c.rows[2]) : 0,
+                 none = std::max(kContactRounding * speed, velocity_error());
+    c.contact->slides = std::hypot(along, across) <= none ? 0 : along > 0 || c.rows.size() > 2 ? 1 : -1;
   }
 }
 

@@ -58,3 +58,10 @@ TEST_CASE("cycle repeats: a motion of its own period with a force of time on its
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("Give 'period_s' in the place of 'section'"));
 }
+
+// A torque c angle' takes exp(c T/(2 I)) of a disturbance a period T, by which the verdict of 1.0016 was "1 times".
+TEST_CASE("cycle repeats: what hardly grows is told with its digits") {
+  const Outcome o = cycle_of("-8*d.angle + 0.0016*d.angle_dot + sin(pi*t)", kPeriod);
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("NOT STABLE: a disturbance is 1.00160"));
+}

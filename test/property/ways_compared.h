@@ -23,24 +23,31 @@ inline std::vector<std::string> event_names(const std::vector<RunEvent>& events)
 }
 
 /// By all ways, to `tolerance` of the largest scaled component, and `softness` more by penalty, whose constraints are
-/// soft by O(1/alpha). Differences are by the problem's own formulation.
-inline void check_ways(Problem p, const std::vector<std::string>& events, const std::vector<MethodWay>& ways,
-                       double tolerance, double softness = 0) {
-  const std::vector<double> rho = p.parameters.values();
-  const GradientResult reference = gradient(p, "differences", rho);
-  CHECK(event_names(reference.events) == events);
-  const double size = size_of(reference.gradient, p.parameters);
+/// soft by O(1/alpha); also(result, what is allowed).
+template <class Also>
+void check_gradients(Problem p, const std::vector<double>& right, const std::vector<MethodWay>& ways, double tolerance,
+                     double softness, const Also& also) {
+  const double size = size_of(right, p.parameters);
   for (const MethodWay& way : ways) {
     p.formulation = way.formulation;
-    const GradientResult r = gradient(p, way.method, rho);
     CAPTURE(way.formulation, way.method);
-    CHECK(event_names(r.events) == events);
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
     const double allowed = tolerance + (p.formulation.starts_with("penalty") ? softness : 0);
-    for (std::size_t j = 0; j < rho.size(); ++j) {
-      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= allowed * size);
+    also(r, allowed);
+    for (std::size_t j = 0; j < right.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], right[j]);
+      CHECK(std::abs(r.gradient[j] - right[j]) * p.parameters.parameters[j].scale <= allowed * size);
     }
   }
+}
+
+/// The same against differences by the problem's own formulation.
+inline void check_ways(const Problem& p, const std::vector<std::string>& events, const std::vector<MethodWay>& ways,
+                       double tolerance, double softness = 0) {
+  const GradientResult reference = gradient(p, "differences", p.parameters.values());
+  CHECK(event_names(reference.events) == events);
+  check_gradients(p, reference.gradient, ways, tolerance, softness,
+                  [&](const GradientResult& r, double) { CHECK(event_names(r.events) == events); });
 }
 
 }  // namespace costate::test

@@ -110,7 +110,7 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
   add_equations_change(d, s, mu_z);
 }
 
-void HessianEquations::add_equations_change(const Variation& d, const double* s, const double* mu_z) {
+void HessianEquations::add_equations_change(const Variation& d, const double* s, const double* mu_z, double* by_time) {
   const StateView state = level_.state();
   const Stabilization& st = level_.stabilization();
   double *force = rows_.data(), *phi = force + n_, *phid = phi + m_, *phidd = phid + m_;
@@ -128,8 +128,8 @@ void HessianEquations::add_equations_change(const Variation& d, const double* s,
     w.phid = phid;
   }
   w.state = mu_z;
-  const GradientTarget target{change_.q.data(),      change_.v.data(), change_.a.data(),
-                              change_.lambda.data(), change_.z.data(), change_.rho.data()};
+  const GradientTarget target{change_.q.data(), change_.v.data(),   change_.a.data(), change_.lambda.data(),
+                              change_.z.data(), change_.rho.data(), by_time};
   add_gradient_change(assembly_, state, d, w, target);
   add_sliding_gradient_change(assembly_, state, d, s + n_, target);
 }

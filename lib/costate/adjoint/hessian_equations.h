@@ -127,16 +127,16 @@ class HessianEquations {
   void add_rates(Flow& flow);
   void add_adjoint(const Eigen::VectorXd& mu, Flow& flow);
   MotionEvents::Side side_of(const Flow& flow) const;
-  /// Where friction falls, at the evaluated point before: h gains what its multipliers depend on; the weights s of the
-  /// equations that say so, and (a', lambda') along the motion (hessian_reactions.cpp).
+  /// What an instant depends on by its multipliers: the weights s of the equations that say so, and (a', lambda') along
+  /// the motion (hessian_reactions.cpp).
   struct Reactions {
-    std::vector<double> s, lambda;
+    std::vector<double> s;
     Eigen::VectorXd rates;
   };
-  void add_reactions(const Reactions& of, const Eigen::VectorXd& f, MotionEvents::Gradient& h);
+  /// Where friction falls, at the evaluated point before, at which the motion goes on with f: to h.
+  Reactions add_reactions(const Eigen::VectorXd& f, MotionEvents::Gradient& h);
   /// The change of that along d, which is so of (a, lambda), too; W has what weights of multipliers change by.
-  void add_reactions_change(const Reactions& of, double kappa, const Variation& d, MotionEvents::Gradient& W);
-  Reactions reactions_of(const Eigen::VectorXd& weights);
+  void add_reactions_change(const std::vector<double>& s, const Variation& d, MotionEvents::Gradient& W);
   /// cross_event() where a rigid contact lets go or begins to slide.
   void cross_bend_of_contact(const Jumps& jumps, const Event& event, const double* mu, double* dmu, double* products);
   /// Along direction j with the time and the state changing by these.
@@ -149,8 +149,8 @@ class HessianEquations {
   /// change_ = G along direction k, of the running or the terminal cost and of the equations with weights (s,
   /// mu_z).
   void calc_change(bool terminal, int k, const double* s, const double* mu_z);
-  /// change_ += that of the equations alone, along d.
-  void add_equations_change(const Variation& d, const double* s, const double* mu_z);
+  /// change_ += that of the equations alone, along d; and by time, where that is asked for.
+  void add_equations_change(const Variation& d, const double* s, const double* mu_z, double* by_time = nullptr);
   /// s, x' and the integrand of the adjoint x or of a change of it, with g = L's own gradient or its change.
   void solve_adjoint(const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp, double* integrand);
   /// out = -x of the linear part: out += K^T s1 + R2_q^T s2 - f_q^T mu_z and so on.

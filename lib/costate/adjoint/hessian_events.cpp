@@ -152,20 +152,16 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   const bool known = e.event < 0;
   const VectorXd lambda = Map<const VectorXd>(level_.lambda(), m_);
   MotionEvents::Gradient h{VectorXd::Zero(N), -e.by, 1};
+  StateView at = view(e.t, e.before.data());
+  at.lambda = lambda.data();
   if (known)
     jumps.instant->prepare(view(e.t, e.before.data()), e.behind);
-  else {
-    StateView s = view(e.t, e.before.data());
-    s.lambda = lambda.data();
-    h = jumps.events->begin_second(e.event, s, side_of(minus));
-  }
+  else
+    h = jumps.events->begin_second(e.event, at, side_of(minus));
   // Where friction falls f jumps in an instant that multipliers decide.
   const bool falls = h.lambda.size() > 0 && !h.lambda.isZero(0);
   Reactions reactions;
-  if (falls) {
-    reactions = reactions_of(h.lambda);
-    add_reactions(reactions, minus.f, h);
-  }
+  if (falls) reactions = add_reactions(minus.f, h);
   const auto transition = [&](const double* of) {
     return known ? jumps.instant->transition_gradient(of) : jumps.events->transition_gradient(of);
   };
@@ -173,6 +169,7 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
   const auto G = transition(mu);
   const double h_rate = h.t + h.x.dot(minus.f),
                kappa = (behind.dot(plus.f) + plus.cost - G.t - G.x.dot(minus.f) - minus.cost) / h_rate;
+  for (double& s : reactions.s) s *= kappa;
   const VectorXd before = G.x + kappa * h.x;
   if (e.ratio > 0)
     minus = flow_beside(e, false, &before);
@@ -199,7 +196,7 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
     }
     auto W = known ? jumps.instant->gradient_change(behind.data(), d)
                    : jumps.events->gradient_change(behind.data(), kappa, d, drho);
-    if (falls) add_reactions_change(reactions, kappa, d, W);
+    if (falls) add_reactions_change(reactions.s, d, W);
     const auto by = transition(dmu_behind.data());
     const double change_before = minus.rho.dot(drho) - minus.mup.dot(near_before.col(j)) + dt * minus.rate(before),
                  change_behind = dmu_behind.dot(plus.f) + plus.rho.dot(drho) - plus.mup.dot(near_after.col(j)) +

@@ -91,11 +91,12 @@ void add_force(const Force& e, int z0, const Assembly& assembly, const StateView
   double* out_z = nz > 0 ? out.z + z0 : nullptr;
   for (std::size_t i = 0; i < nz; ++i) z[i] = line(s.z[z0 + i], d.z[z0 + i]);
   PathDual* p = load_numbers(e, assembly, d);
+  PathDual t = line(s.t, d.t);
   const auto seeded = [&](PathDual& x) {
     x.d[0] = Taylor2(1.0);
     std::fill(Q.begin(), Q.begin() + static_cast<std::ptrdiff_t>(n), PathDual());
     std::fill(f.begin(), f.begin() + static_cast<std::ptrdiff_t>(nz), PathDual());
-    e.force(line(s.t, d.t), q.data(), v.data(), z.data(), p, Q.data(), f.data());
+    e.force(t, q.data(), v.data(), z.data(), p, Q.data(), f.data());
     x.d[0] = Taylor2(0.0);
     double sum = 0;
     if (w.force)
@@ -109,6 +110,7 @@ void add_force(const Force& e, int z0, const Assembly& assembly, const StateView
     out.v[c[i]] += seeded(v[i]);
   }
   for (std::size_t i = 0; i < nz; ++i) out_z[i] += seeded(z[i]);
+  if (out.t) *out.t += seeded(t);
   for_each_active(e, assembly, out.rho, [&](std::size_t k) { return seeded(p[k]); });
 }
 

@@ -19,9 +19,10 @@ struct TermWeights {
   const double* state = nullptr;
 };
 
-/// Where the changes are added: n, n, n, m, nz and np entries.
+/// Where the changes are added: n, n, n, m, nz and np entries; and one by time, of the forces' explicit dependence on
+/// it, where that is asked for.
 struct GradientTarget {
-  double *q, *v, *a, *lambda, *z, *rho;
+  double *q, *v, *a, *lambda, *z, *rho, *t = nullptr;
 };
 
 /// out += dL_x along d at the state s, which holds all of q, v, a, lambda and z.

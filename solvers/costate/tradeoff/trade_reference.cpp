@@ -275,8 +275,8 @@ void TradeReference::measure(const TradeProbe& probe) {
         std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
     // An energy's zero is anybody's choice.
     const double least = outputs[o]->unit() == "J" ? kinetic : 0;
-    const double nothing = std::max(o < m.amounts.size() ? kCancelledTerms * m.amounts[o] : 0,
-                                    kCancelledTerms * turned(outputs[o]->unit()));
+    const double nothing =
+        kCancelledTerms * std::max(o < m.amounts.size() ? m.amounts[o] : 0, turned(outputs[o]->unit()));
     output_unit.push_back(unit > 0 ? std::max({unit, least, nothing}) : 1);
   }
   psi_unit = std::max(std::abs(values.psi), kCancelled * m.cost_amount);

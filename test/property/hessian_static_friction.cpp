@@ -12,6 +12,7 @@
 
 using namespace costate;
 using namespace costate::test;
+using Catch::Contains;
 
 namespace {
 
@@ -67,7 +68,7 @@ output = "Q.x"
 }  // namespace
 
 // The time of a fall depends on multipliers, and these on the time.
-TEST_CASE("hessian falls: Hessians through falls of friction, against the closed form's", "[events][hessian]") {
+TEST_CASE("hessian static friction: through falls of friction, against the closed form's", "[events][hessian]") {
   const int feet = GENERATE(0, 2);
   CAPTURE(feet);
   const Problem p =
@@ -78,7 +79,7 @@ TEST_CASE("hessian falls: Hessians through falls of friction, against the closed
   check_closed(p, hessian_of(psi, p.parameters.values(), h), 3e-7);
 }
 
-TEST_CASE("hessian falls: Hessians through falls that multipliers of a swinging body bring about",
+TEST_CASE("hessian static friction: through falls that multipliers of a swinging body bring about",
           "[events][hessian]") {
   Problem p = unconfirmed(kSwung);
   const std::vector<double> rho = p.parameters.values();
@@ -87,4 +88,19 @@ TEST_CASE("hessian falls: Hessians through falls that multipliers of a swinging 
   CHECK(std::count(names.begin(), names.end(), "contact.floor: slip slides") >= 2);
   // Differences of gradients at rtol 1e-11 know as much.
   check_by_differences(p, 1e-6);
+}
+
+TEST_CASE("hessian static friction: what is not carried is refused by name", "[events][hessian]") {
+  const Problem p = unconfirmed(with_words(kSwung, {{R"("Q.x"])", R"("Q.x", "R.x"])"}}) + R"(
+[point.R]
+x_m = 3
+y_m = 0
+[mass.R]
+point = "R"
+mass_kg = 1
+[driver.R]
+coordinate = "R.y"
+law = { kind = "sine", amplitude = 0.1, angular_frequency_rad_per_s = 2 }
+)");
+  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("where friction falls") && Contains("beside a driver"));
 }

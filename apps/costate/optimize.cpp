@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/optimize/bound_size.h"
 #include "costate/optimize/certificate.h"
+#include "costate/optimize/on_bound.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
@@ -200,7 +201,7 @@ class OptimizeRun {
     j_["bounds_active"] = Json::array();
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const Parameter& p = setup_.problem.parameters.parameters[i];
-      if (best.rho[i] == p.lower || best.rho[i] == p.upper) j_["bounds_active"].push_back(names_[i]);
+      if (on_lower(p, best.rho[i]) || on_upper(p, best.rho[i])) j_["bounds_active"].push_back(names_[i]);
     }
     for (std::size_t k = 0; k < bounds_.size(); ++k)
       j_["constraints"].push_back({{"name", bounds_[k].name},

@@ -92,3 +92,53 @@ ground_angle_rad = 1.5707963267948966
       CHECK(told == std::string(where).empty());
     }
 }
+
+// A mass that falls along an upright wall: leaning one way this pushes it, the other way it does not follow. Where
+// something presses it there, and where nothing is there, no more is said than there is.
+TEST_CASE("contact walls: one that bears nothing is told of gradients", "[events]") {
+  struct Case {
+    const char *push, *method;
+    bool told;
+  };
+  for (const Case& c :
+       {Case{"0", "idas-adjoint", true}, Case{"0", "hand-adjoint", true}, Case{"0", "cvodes-forward", true},
+        Case{"0", "discrete-adjoint", true}, Case{"-1", "idas-adjoint", false}, Case{"-1", "discrete-adjoint", false},
+        Case{"-t", "idas-adjoint", false}}) {
+    CAPTURE(c.push, c.method);
+    const Problem p = make_problem(Scene::parse(fmt::format(R"(
+[point.ball]
+x_m = 0
+y_m = 1
+[mass.ball]
+point = "ball"
+mass_kg = 1
+[gravity]
+y_m_per_s2 = -9.81
+[force.push]
+point = "ball"
+formula_x_N = "{}"
+[contact.wall]
+kind = "rigid"
+point = "ball"
+closed = true
+ground_angle_rad = -1.5707963267948966
+[start]
+given = ["ball.y"]
+given_velocities = ["ball.y"]
+[run]
+t_end_s = 0.4
+parameters = ["contact.wall.ground_angle_rad"]
+[[cost.terminal]]
+kind = "value"
+output = "ball.x"
+)",
+                                                            c.push),
+                                                "wall.toml"));
+    take_notices();
+    gradient(p, c.method, p.parameters.values());
+    const std::vector<std::string> said = take_notices();
+    CHECK(std::any_of(said.begin(), said.end(), [](const std::string& text) {
+            return text.find("contact.wall is closed from t = 0 s to 0.4 s and bears nothing") != std::string::npos;
+          }) == c.told);
+  }
+}

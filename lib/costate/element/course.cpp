@@ -187,6 +187,7 @@ void Course::add(const ScalarLaw& f, const double* p, double shift, double rate)
   };
   for (const auto& w : places.waves)
     if (w.length > 0) add_here(w.from, w.to, w.length / kStepsInWave);
+  for (const double at : places.sharp) sharp_.push_back(shift + at / rate);
   if (!places.search && places.sharp.empty() && places.knots.empty()) return;
   Cells(f, p, places).find([&](double a, double b) { add_here(a, b, (b - a) / kStepsInCell); });
 }
@@ -202,6 +203,7 @@ void Course::add_look(double from, double to, double step) {
 
 void Course::finish() {
   pieces_.clear();
+  std::sort(sharp_.begin(), sharp_.end());
   struct Edge {
     double at;
     bool begins;
@@ -222,7 +224,9 @@ void Course::finish() {
     }
     if (active.empty() || k == edges.size()) continue;
     const Piece& smallest = looks_[active.begin()->second];
-    if (!pieces_.empty() && pieces_.back().to == at && pieces_.back().step == smallest.step)
+    // Pieces of one step are one, but for a bend between them, which no step should have within it.
+    if (!pieces_.empty() && pieces_.back().to == at && pieces_.back().step == smallest.step &&
+        !std::binary_search(sharp_.begin(), sharp_.end(), at))
       pieces_.back().to = edges[k].at;
     else
       pieces_.push_back({at, edges[k].at, smallest.step, smallest.owner});

@@ -92,6 +92,7 @@ class Course {
   double from_ = 0, to_ = 0;
   LawSink told_;
   std::vector<Piece> looks_, pieces_;  // as added; disjoint and in order
+  std::vector<double> sharp_;          // where laws bend: in order once all is added
   std::vector<std::string> owners_;
 };
 

@@ -188,6 +188,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   search.begin();
   search.solve();
   map.require_same_modes(search.value);
+  map.require_same_place(search.x, search.positions, search.value);
   if (rests(map, start, search.x, search.positions, search.value.time))
     tell_rest(settings, problem.solver.rtol, search.value.time);
   map.require_same_later(search.x, search.positions, search.value);

@@ -98,13 +98,13 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
     try {
       end->advance(session, t1);
     } catch (const NoEndError&) {
-      if (section.settings().event.empty()) throw;
+      const CycleSettings& s = section.settings();
       throw NoEndError(
-          fmt::format("The cycle does not return: '{}', its section, does not come again between t = {:.6g} s and "
+          fmt::format("The cycle does not return: {}, its section, does not come again between t = {:.6g} s and "
                       "t_end_s = {:g} s. "
                       "Take a later t_end_s where a cycle may last longer, or a guess, or parameters, from which the "
                       "motion returns.",
-                      section.settings().event, after, t1));
+                      s.event.empty() ? section.end()->text(system.assembly()) : "'" + s.event + "'", after, t1));
     }
     r.t = end->time();
   } else {

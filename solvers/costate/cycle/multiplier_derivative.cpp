@@ -50,9 +50,10 @@ struct Leading {
 };
 
 Leading leading(const MatrixXd& A) {
+  const auto none = [] { return CapabilityError("The largest multiplier has no derivative: there is none."); };
+  if (A.rows() == 0) throw none();
   const Eigen::EigenSolver<MatrixXd> right(A), left(A.transpose().eval());
-  if (A.rows() == 0 || right.info() != Eigen::Success || left.info() != Eigen::Success)
-    throw CapabilityError("The largest multiplier has no derivative: there is none.");
+  if (right.info() != Eigen::Success || left.info() != Eigen::Success) throw none();
   const VectorXcd m = right.eigenvalues();
   Eigen::Index k = 0;
   m.cwiseAbs().maxCoeff(&k);

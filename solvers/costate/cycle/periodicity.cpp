@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
 
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/cycle/return_map.h"
 #include "costate/element/gap_element.h"
+#include "costate/element/switched_rows.h"
 #include "costate/event/gap_trace.h"
 #include "costate/formulation/step_plan.h"
 
@@ -194,13 +197,110 @@ void ReturnMap::require_same_modes(const MapValue& value) const {
   }
 }
 
+std::string ReturnMap::sticks_at_place(const State& state) const {
+  const Mechanism& m = *problem_.mechanism;
+  for (const auto& c : m.constraints()) {
+    const auto* rows = dynamic_cast<const SwitchedRows*>(c.get());
+    const int sliding = rows ? sliding_state(m, *c) : -1;
+    if (sliding >= 0 && rows->has_place(1) && state.z[static_cast<std::size_t>(sliding - 1)] > 0.5 &&
+        state.z[static_cast<std::size_t>(sliding)] == 0)
+      return rows->switched_by().path();
+  }
+  return {};
+}
+
+void ReturnMap::require_same_place(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                   const MapValue& value) const {
+  const State begin = state(x, positions);
+  const std::string contact = sticks_at_place(begin);
+  if (contact.empty()) return;
+  const auto refused = [&](const std::string& what) {
+    return ModelError(
+        contact + ".along_m",
+        fmt::format("{}: {} sticks at the section, and where it does is a number of the scene, which the search does "
+                    "not vary. Leave this key out and let [start] give that coordinate in 'given', so that the place "
+                    "is looked for{}.",
+                    what, contact,
+                    section_.settings().travel.empty() ? "; of a motion that goes on from there say 'travel'" : ""));
+  };
+  const auto& coordinates = problem_.mechanism->coordinates();
+  double largest = 0;
+  for (std::size_t i = 0; i < begin.q.size(); ++i)
+    if (coordinates[i].unit == "m") largest = std::max(largest, std::abs(begin.q[i]));
+  const double same =
+      std::sqrt(problem_.solver.rtol) * std::max(largest, std::abs(value.travel)) + 100 * problem_.solver.absolute();
+  std::vector<double> moved(begin.q.size(), 0.0);
+  std::size_t elsewhere = moved.size();
+  for (std::size_t i = 0; i < begin.q.size(); ++i) {
+    if (coordinates[i].unit == "m") moved[i] = value.positions[i] - begin.q[i];
+    if (elsewhere == moved.size() && !(std::abs(moved[i]) <= same)) elsewhere = i;
+  }
+  // Where all that acts is the same further on, the place plays no part.
+  if (elsewhere < moved.size() && !acts_alike(x, positions, begin, moved))
+    throw refused(fmt::format("The motion comes back with '{}' at {:.9g} m, and begins with {:.9g} m",
+                              coordinates[elsewhere].name, value.positions[elsewhere], begin.q[elsewhere]));
+  // What comes back by chance, as parameters have it, comes back elsewhere as they change.
+  if (elsewhere < moved.size() || section_.carried().coordinate >= 0) return;
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = section_.along(i) == 1 ? 1 : 0;
+  for (const RunEvent& e : value.events)
+    if (e.name.rfind(contact + ":", 0) == 0 && !acts_alike(x, positions, begin, moved))
+      throw refused(fmt::format("The cycle has '{}' in it", e.name));
+}
+
+bool ReturnMap::acts_alike(const Eigen::VectorXd& x, const std::vector<double>& positions, const State& begin,
+                           const std::vector<double>& moved) const {
+  std::vector<double> values;
+  const Problem p = problem_at(x, positions, false, parameters(), values);
+  Assembly assembly(p.mechanism, p.parameters);
+  assembly.set_parameters(values.data());
+  const std::vector<double> zero(static_cast<std::size_t>(assembly.n() + assembly.m()), 0.0);
+  std::vector<bool> place(static_cast<std::size_t>(assembly.m()), false);  // rows that say where something sticks
+  for (std::size_t c = 0; c < p.mechanism->constraints().size(); ++c)
+    if (const auto* rows = dynamic_cast<const SwitchedRows*>(p.mechanism->constraints()[c].get()))
+      for (int i = 1; i < p.mechanism->constraints()[c]->rows(); ++i)
+        place[static_cast<std::size_t>(p.mechanism->row_offsets()[c] + i)] = rows->has_place(i);
+  const auto terms = [&](double part) {
+    std::vector<double> q = begin.q;
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += part * moved[i];
+    StateView s;
+    s.t = p.solver.t_start;
+    s.q = q.data();
+    s.v = begin.v.data();
+    s.z = begin.z.data();
+    s.a = s.lambda = zero.data();
+    assembly.calc_dynamics(s);
+    std::array<std::vector<double>, 3> r{{{assembly.Q.begin(), assembly.Q.end()},
+                                          {assembly.zdot.begin(), assembly.zdot.end()},
+                                          {assembly.phi.begin(), assembly.phi.end()}}};
+    for (std::size_t i = 0; i < place.size(); ++i)
+      if (place[i]) r[2][i] = 0;
+    return r;
+  };
+  constexpr double kSame = 1e-7;
+  const auto here = terms(0);
+  for (const double part : {0.3819, 1.0}) {
+    const auto there = terms(part);
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      double size = 0, off = 0;
+      if (k == 2)  // a row that is met has the size of what was moved
+        for (const double by : moved) size = std::max(size, std::abs(by));
+      for (std::size_t i = 0; i < here[k].size(); ++i) {
+        size = std::max({size, std::abs(here[k][i]), std::abs(there[k][i])});
+        off = std::max(off, std::abs(here[k][i] - there[k][i]));
+      }
+      if (off > kSame * size) return false;
+    }
+  }
+  return true;
+}
+
 std::string ReturnMap::otherwise(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
                                  const Eigen::VectorXd& further) const {
   // Runs that begin elsewhere have other errors: up to some 1e4 tolerances where what goes round nearly stops on its
   // way.
   constexpr double kNothing = 100;  // absolute tolerances
   const double same = std::sqrt(problem_.solver.rtol),
-               small = std::max(0.1 * x.cwiseAbs().maxCoeff(), kNothing * problem_.solver.absolute() / same);
+               small = std::max(0.1 * x.lpNorm<Eigen::Infinity>(), kNothing * problem_.solver.absolute() / same);
   std::string found;
   try {
     const MapValue next = evaluate(x + further, positions, MapDerivatives::none);

@@ -229,8 +229,15 @@ void ReturnMap::onto_section(Eigen::VectorXd& x, const std::vector<double>& posi
       best = i;
       slope = d;
     }
-    if (!std::isfinite(h) || best < 0)
-      throw SolverError(fmt::format("The section '{}' is not met where the search begins.", section->output->name()));
+    if (!std::isfinite(h) || best < 0) {
+      const std::string contact = sticks_at_place(state(x, positions));
+      throw SolverError(
+          fmt::format("The section '{}' is not met where the search begins.{}", section->output->name(),
+                      contact.empty() ? ""
+                                      : fmt::format(" {} sticks there at its along_m, which the search does not vary: "
+                                                    "leave that out and let [start] give the coordinate in 'given'.",
+                                                    contact)));
+    }
     if (std::abs(h) <= 4 * std::numeric_limits<double>::epsilon() * std::max(size, most)) return;
     x[best] -= h / slope;
   }

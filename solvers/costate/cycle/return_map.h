@@ -47,6 +47,8 @@ class ReturnMap {
   // Of a cycle that was found. In periodicity.cpp.
   /// Throws SolverError where a contact is not again what it was at the start.
   void require_same_modes(const MapValue& value) const;
+  /// Throws ModelError where a contact that sticks at a place of its own, which x does not hold, is elsewhere then.
+  void require_same_place(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
   /// Throws ModelError where the cycle that begins a period later (none: at another time) ends later or elsewhere than
   /// that from x, by more than sqrt(rtol) of it.
   void require_same_later(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
@@ -89,6 +91,12 @@ class ReturnMap {
   void set_tolerance(double rtol, double atol);
 
  private:
+  /// What sticks at this state where a number of its own has it: "contact.foot", or nothing.
+  std::string sticks_at_place(const State& state) const;
+  /// Whether forces and constraints are the same with all positions moved by that; rows that say where something sticks
+  /// apart.
+  bool acts_alike(const Eigen::VectorXd& x, const std::vector<double>& positions, const State& begin,
+                  const std::vector<double>& moved) const;
   /// How steep the way is, and its derivatives by the varied parameters.
   double angle(int varied, Eigen::RowVectorXd& angle_rho) const;
   /// What the cycle from x does otherwise than `value`, beyond whole turns that it begins further on; or nothing.

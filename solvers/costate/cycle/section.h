@@ -69,6 +69,8 @@ class Section {
     std::shared_ptr<const Output> at_end;
   };
   const Carried& carried() const { return carried_; }
+  /// Of the mechanism's coordinate i, as SectionCoordinate::along.
+  int along(std::size_t i) const { return along_[i]; }
   /// Entries of x that are looked for: all but the one that travels.
   const std::vector<int>& free() const { return free_; }
   /// Multipliers that are zero by construction: the section's own, and one for each state that the event sets.

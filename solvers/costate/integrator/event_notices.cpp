@@ -9,6 +9,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/element/force/rigid_contact.h"
 #include "costate/element/unilateral_force.h"
 #include "costate/event/named_event.h"
 #include "costate/level/fixed_times.h"
@@ -26,6 +27,8 @@ constexpr double kRunErrors = 10;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
+// In rtol: what the offset of slips may leave in results without a word.
+constexpr double kOffsetSaid = 100;
 
 /// Whether a running cost holds what moves with a force's coordinates, through any of the mechanism.
 bool holds_part(const Mechanism& m, const std::shared_ptr<const CostTerm>& term, const std::vector<int>& parts,
@@ -107,6 +110,27 @@ void refuse_grazing(const GrazingWatch& watch, double rtol) {
     throw SolverError(g->second +
                       ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
                       "smaller rtol.");
+}
+
+double tell_of_offset(const SlipOffsetWatch& watch, double rtol) {
+  const std::optional<SlipOffsetWatch::Slip> slip = watch.slowest();
+  if (!slip || slip->part() <= kOffsetSaid * rtol) return 0;
+  const double part = std::min(1.0, slip->part());
+  notice(fmt::format(
+      "{} begins to slide from rest at t = {:.6g} s with an offset of {:g} m/s, turns, and gets no faster than {:.2g} "
+      "m/s: what depends on this slip may be off by {:.0e} of itself, whatever the tolerance.",
+      slip->contact, slip->t, kSlidingOffset, slip->fastest, part));
+  return part;
+}
+
+void tell_of_idle(const IdleContactWatch& watch) {
+  if (!watch.first()) return;
+  notice(fmt::format(
+      "{} is closed from t = {:.6g} s to {:.6g} s and bears nothing: what pushes away from it opens it, and what "
+      "pushes "
+      "towards it does not move, so that psi may have another slope on either side. Derivatives are those of a contact "
+      "that holds; the method 'differences' tells both.",
+      watch.first()->contact, watch.first()->from, watch.first()->to));
 }
 
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks) {

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "costate/event/grazing_watch.h"
+#include "costate/event/idle_contact_watch.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/slip_offset_watch.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
@@ -14,6 +16,13 @@ namespace costate {
 /// notices; of a gradient a SolverError where the gap is too near.
 void tell_of_grazing(const GrazingWatch& watch, const MotionEvents* events, double rtol);
 void refuse_grazing(const GrazingWatch& watch, double rtol);
+
+/// What the offset of a slow slip from rest leaves in results, in parts of them, with a notice; 0 where that is nothing
+/// to speak of.
+double tell_of_offset(const SlipOffsetWatch& watch, double rtol);
+
+/// Of a gradient where a closed contact bears nothing: psi may have a kink there.
+void tell_of_idle(const IdleContactWatch& watch);
 
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);

@@ -25,6 +25,8 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
       scheme_(problem.make_discrete()),
       steps_(steps),
       grazing_(*problem.mechanism),
+      offsets_(*problem.mechanism),
+      idle_(*problem.mechanism),
       formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
       own_jumps_(*problem.mechanism, problem.objective) {
   scheme_->set_parameters(rho.data());
@@ -88,6 +90,8 @@ void FixedRun::begin(const Follower& follower) {
   touches_->step(start);
   watch_->begin(start.t, start.q, start.v);
   if (!grazing_.empty()) grazing_.look(start, scheme_->assembly());
+  if (!offsets_.empty()) offsets_.look(start, scheme_->assembly());
+  if (idle_.asks(start.z) && start.lambda) idle_.look(start, scheme_->assembly());
   if (!formulas_.empty()) formulas_.look(start, scheme_->assembly());
   if (!own_jumps_.empty()) own_jumps_.look(start, scheme_->assembly());
   if (follower.step) follower.step(0, nullptr);
@@ -98,6 +102,8 @@ void FixedRun::look(const StateView& here) {
   touches_->step(here);
   watch_->step(here.t, here.q, here.v);
   if (!grazing_.empty()) grazing_.look(here, scheme_->assembly());
+  if (!offsets_.empty()) offsets_.look(here, scheme_->assembly());
+  if (idle_.asks(here.z) && here.lambda) idle_.look(here, scheme_->assembly());
   if (!formulas_.empty()) formulas_.look(here, scheme_->assembly());
   if (!own_jumps_.empty()) own_jumps_.look(here, scheme_->assembly());
 }
@@ -215,7 +221,8 @@ void FixedRun::conclude(Simulation& result) const {
   result.events = events_;
   result.end = end_;
   for (const auto& text : watch_->warnings()) notice(text);
-  if (const double drift = watch_->told_drift(); drift > 0) widen_error(result, drift * result.psi);
+  if (const double drift = watch_->told_drift(); drift > 0) widen_by_part(result, drift);
+  if (const double part = tell_of_offset(offsets_, problem_.solver.rtol); part > 0) widen_by_what_stays(result, part);
   tell_of_grazing(grazing_, scheme_->motion_events(), problem_.solver.rtol);
   tell_of_end(problem_, result, kinks_);
   tell_of_impulses(problem_, result, kinks_);
@@ -228,10 +235,10 @@ void FixedRun::conclude(GradientResult& result) const {
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);
+  tell_of_idle(idle_);
   tell_of_coincident(problem_, scheme_->assembly().numbers(), result.events);
-  if (const double drift = watch_->told_drift(); drift > 0)
-    widen_error(result, problem_.parameters, 0,
-                drift * gradient_size(problem_.parameters, result.psi, result.gradient));
+  for (const double part : {watch_->told_drift(), what_stays(result)})
+    if (part > 0) widen_by_part(result, problem_.parameters, part);
   require_finite(problem_, result);
 }
 

@@ -21,6 +21,8 @@
 #include "costate/discrete/step_cut.h"
 #include "costate/discrete/step_interpolant.h"
 #include "costate/event/grazing_watch.h"
+#include "costate/event/idle_contact_watch.h"
+#include "costate/event/slip_offset_watch.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/fixed_touches.h"
 #include "costate/integrator/run_watch.h"
@@ -121,6 +123,8 @@ class FixedRun {
   Counters counters_;
   std::unique_ptr<MotionWatch> watch_;
   GrazingWatch grazing_;
+  SlipOffsetWatch offsets_;
+  IdleContactWatch idle_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   OwnJumpWatch own_jumps_;
   std::unique_ptr<FixedTouches> touches_;

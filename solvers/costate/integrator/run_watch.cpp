@@ -61,6 +61,8 @@ WatchSettings settings_of(const Problem& problem) {
 RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, System& system)
     : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
       grazing_(*problem.mechanism),
+      offsets_(*problem.mechanism),
+      idle_(*problem.mechanism),
       formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
       own_jumps_(*problem.mechanism, problem.objective),
       system_(system),
@@ -70,7 +72,7 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
-    look_for_grazing(t, y);
+    look_at_contacts(t, y);
     if (open_costs_.follows()) open_costs_.look(system_.look_state(t, y));
     if (!formulas_.empty()) formulas_.look(solved_state(system_, t, y), system_.assembly());
     look_for_own_jumps(t, y);
@@ -86,8 +88,12 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
   (watch_.*what)(t, s.q, s.v);
 }
 
-void RunWatch::look_for_grazing(double t, const double* y) {
-  if (!grazing_.empty()) grazing_.look(system_.look_state(t, y), system_.assembly());
+void RunWatch::look_at_contacts(double t, const double* y) {
+  if (grazing_.empty() && offsets_.empty()) return;
+  const MechanismState s = system_.look_state(t, y);
+  if (!grazing_.empty()) grazing_.look(s, system_.assembly());
+  if (!offsets_.empty()) offsets_.look(s, system_.assembly());
+  if (idle_.asks(s.z)) idle_.look(solved_state(system_, t, y), system_.assembly());
 }
 
 void RunWatch::look_for_own_jumps(double t, const double* y) {
@@ -124,7 +130,7 @@ double gradient_unseen(const std::vector<RunEvent>& events) {
 void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   tell_of_motion();
-  if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
+  if (const double drift = watch_.told_drift(); drift > 0) widen_by_part(result, drift);
   const double left =
       kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() * cost_size(problem_);
   if (!problem_.objective.running.empty() && result.counters.steps > kManySteps &&
@@ -139,6 +145,7 @@ void RunWatch::conclude(Simulation& result) const {
           "before they end, and no tolerance makes them larger.",
           unseen));
   }
+  if (const double part = tell_of_offset(offsets_, problem_.solver.rtol); part > 0) widen_by_what_stays(result, part);
   if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(
@@ -170,12 +177,12 @@ void RunWatch::conclude(GradientResult& result) const {
   open_costs_.refuse_gradient(watch_.began_redundant());
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);
+  tell_of_idle(idle_);
   tell_of_coincident(problem_, system_.assembly().numbers(), result.events);
   if (const double unseen = gradient_unseen(result.events); unseen > 0)
     widen_error(result, problem_.parameters, 0, unseen);
-  if (const double drift = watch_.told_drift(); drift > 0)
-    widen_error(result, problem_.parameters, 0,
-                drift * gradient_size(problem_.parameters, result.psi, result.gradient));
+  for (const double part : {watch_.told_drift(), what_stays(result)})
+    if (part > 0) widen_by_part(result, problem_.parameters, part);
   require_finite(problem_, result);
 }
 

@@ -5,6 +5,8 @@
 #include "costate/analysis/motion_watch.h"
 #include "costate/analysis/own_jump_watch.h"
 #include "costate/event/grazing_watch.h"
+#include "costate/event/idle_contact_watch.h"
+#include "costate/event/slip_offset_watch.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/open_costs.h"
@@ -21,7 +23,7 @@ class RunWatch {
   /// The run's start, each accepted step, its end; y in the system's terms.
   void begin(double t, const double* y) {
     look(&MotionWatch::begin, t, y);
-    look_for_grazing(t, y);
+    look_at_contacts(t, y);
     look_for_own_jumps(t, y);
   }
   StepSink sink();
@@ -50,10 +52,12 @@ class RunWatch {
 
  private:
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
-  void look_for_grazing(double t, const double* y);
+  void look_at_contacts(double t, const double* y);
   void look_for_own_jumps(double t, const double* y);
   MotionWatch watch_;
   GrazingWatch grazing_;
+  SlipOffsetWatch offsets_;
+  IdleContactWatch idle_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   OwnJumpWatch own_jumps_;
   System& system_;

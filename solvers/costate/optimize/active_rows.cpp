@@ -64,6 +64,14 @@ double left(const ActiveRows& r, const Held& held) {
 }
 }  // namespace
 
+VectorXd valley(const MatrixXd& H, int j, const std::vector<Index>& free) {
+  VectorXd u = VectorXd::Unit(H.rows(), j);
+  if (free.empty()) return u;
+  const Eigen::LDLT<MatrixXd> solver(H(free, free));
+  if (solver.info() == Eigen::Success && solver.isPositive()) u(free) = -solver.solve(H(free, j));
+  return u.normalized();
+}
+
 ActiveRows find_active_rows(const std::vector<CertificateTerms::Row>& rows, const VectorXd& g, const Held& held,
                             double near_bound) {
   const auto within = [&](double part) {

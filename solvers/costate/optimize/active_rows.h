@@ -23,4 +23,8 @@ struct ActiveRows {
 ActiveRows find_active_rows(const std::vector<CertificateTerms::Row>& rows, const Eigen::VectorXd& g,
                             const std::function<bool(int j, double s)>& held, double near_bound);
 
+/// The unit direction along e_j - H_FF^-1 H_Fj: that of j with the free parameters F where psi is least. Curvature may
+/// be far less along it than along j alone. e_j where H_FF is not positive.
+Eigen::VectorXd valley(const Eigen::MatrixXd& H, int j, const std::vector<Eigen::Index>& free);
+
 }  // namespace costate

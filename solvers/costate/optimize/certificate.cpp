@@ -14,6 +14,7 @@
 #include "costate/optimize/certificate_terms.h"
 #include "costate/optimize/certificate_verdict.h"
 #include "costate/optimize/curvature.h"
+#include "costate/optimize/on_bound.h"
 #include "costate/problem/scaled_gradient.h"
 
 namespace costate {
@@ -32,8 +33,6 @@ constexpr double kStationary = 1e-4;
 constexpr double kNear = 1e-3;
 // So many times psi's slopes are what constraints do to each other.
 constexpr double kThemselves = 1e3;
-// A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
-constexpr double kOnBound = 1e-8;
 // The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and
 // its gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far
 // below what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
@@ -118,8 +117,8 @@ class Certifier {
     return scale_.cwiseProduct(Eigen::Map<const VectorXd>(gradient.data(), n_));
   }
   double rho(int j) const { return best_.rho[static_cast<std::size_t>(j)]; }
-  bool at_lower(int j) const { return rho(j) <= parameter(j).lower + kOnBound * parameter(j).scale; }
-  bool at_upper(int j) const { return rho(j) >= parameter(j).upper - kOnBound * parameter(j).scale; }
+  bool at_lower(int j) const { return on_lower(parameter(j), rho(j)); }
+  bool at_upper(int j) const { return on_upper(parameter(j), rho(j)); }
   /// Pushed out of its bounds by the slope s of L (before the bounds' own terms).
   bool held(int j, double s) const { return (at_lower(j) && s > 0) || (at_upper(j) && s < 0); }
 
@@ -235,10 +234,22 @@ class Certifier {
     return kSteps * rtol_ * std::max(own, kOfOthers * first.maxCoeff());
   }
 
-  /// On bounds that hold the parameter by more than that, or free.
+  /// Whether the bound of j holds psi by more than that, with the others where they are or along a valley.
+  bool holds_up(int j, const MatrixXd& H) const {
+    const VectorXd& slope = active_.slope;
+    if (!held(j, slope[j])) return false;
+    if (std::abs(slope[j]) > slope_of_place(VectorXd::Unit(n_, j), H)) return true;
+    if (H.size() == 0 || !active_.near.empty()) return false;
+    std::vector<Index> free;
+    for (int i = 0; i < n_; ++i)
+      if (i != j && !held(i, slope[i])) free.push_back(i);
+    const VectorXd u = valley(H, j, free);
+    return slope.dot(u) * (slope[j] > 0 ? 1 : -1) > slope_of_place(u, H);
+  }
+  /// On bounds that hold the parameter, or free.
   void sort_parameters(const MatrixXd& H) {
     for (int j = 0; j < n_; ++j) {
-      if (!held(j, active_.slope[j]) || std::abs(active_.slope[j]) <= slope_of_place(VectorXd::Unit(n_, j), H)) {
+      if (!holds_up(j, H)) {
         free_.push_back(j);
         result_.free.push_back(parameter(j).name);
         continue;

@@ -36,10 +36,10 @@ void judge(Certificate& c, bool curvature) {
         "not stationary: {}; more evaluations or a smaller tolerance may go on, unless psi has a kink there (abs, max, "
         "contacts).",
         residual);
-  } else if (!curvature) {
+  } else if (!curvature && !(c.free.empty() && !c.active.empty())) {
     c.kind = Kind::stationary;
     c.verdict = fmt::format("stationary: {}; of the curvature nothing is known.", residual);
-  } else if (c.eigenvalues.empty()) {
+  } else if (c.eigenvalues.empty()) {  // nor is a curvature asked for
     c.kind = Kind::strict_minimum;
     c.verdict = fmt::format("strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
   } else if (c.flat_slope > 0) {

@@ -13,6 +13,12 @@
 namespace costate {
 
 namespace {
+/// "a; b", without the full stops that sentences among them have.
+std::string joined(std::vector<std::string> notes) {
+  for (std::string& note : notes)
+    if (!note.empty() && note.back() == '.') note.pop_back();
+  return fmt::format("{}", fmt::join(notes, "; "));
+}
 
 // Against a Hessian's largest entry: from here on what it is off by is said, and what is off by more than that is none.
 constexpr double kSaid = 1e-3, kUnknown = 0.3;
@@ -53,7 +59,7 @@ class Search {
               fmt::format("that of '{}' changes by {:.0e} of its largest entry at a tenth of rtol", name, error()));
           break;
         }
-        if (!notes.empty()) found_.note = fmt::format("The Hessian is that of '{}': {}.", name, fmt::join(notes, "; "));
+        if (!notes.empty()) found_.note = fmt::format("The Hessian is that of '{}': {}.", name, joined(notes));
         if (!exact_alone_) tell_error();
         return found_;
       } catch (const CapabilityError& e) {
@@ -65,7 +71,7 @@ class Search {
       } catch (const ModelError& e) {
         notes.push_back(fmt::format("'{}' could not start: {}", name, e.what()));
       }
-    return {{}, {}, fmt::format("There is no Hessian: {}", fmt::join(notes, "; "))};
+    return {{}, {}, fmt::format("There is no Hessian: {}.", joined(notes))};
   }
 
  private:
@@ -83,8 +89,8 @@ class Search {
         return false;
       }
       found_.note = fmt::format(
-          "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
-          method_, error(), fmt::join(notes, "; "));
+          "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}.",
+          method_, error(), joined(notes));
       return true;
     } catch (const SolverError& e) {
       notes.push_back(fmt::format("differences of gradients do not give it, as one failed: {}", e.what()));

@@ -124,6 +124,7 @@ struct RunEvent {
 struct KnownError {
   double psi = 0;
   std::vector<double> gradient = {};  // one entry a parameter; empty of a simulation
+  double stays = 0;                   // what no tolerance takes away, in parts of psi and of the gradient
   bool all = true;                    // false: there may be more, which nothing has told
 };
 

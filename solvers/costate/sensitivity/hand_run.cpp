@@ -90,6 +90,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   seen.events = motion.events;
   watch.conclude(seen);
   motion.told_drift = watch.told_drift();
+  motion.stays = what_stays(seen);
 }
 /// The kinks of drivers that the run passes, and other times of laws that parameters move.
 std::vector<double> times_of_laws(const Problem& problem, const std::vector<double>& rho) {
@@ -325,7 +326,9 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
   const double left = largest_scaled(problem.parameters, r.gradient_error),
                size = gradient_size(problem.parameters, r.psi, r.gradient);
-  if (motion.told_drift > 0) widen_error(r, problem.parameters, motion.told_drift * r.psi, motion.told_drift * size);
+  for (const double part : {motion.told_drift, motion.stays})
+    if (part > 0) widen_by_part(r, problem.parameters, part);
+  if (motion.stays > 0) widen_by_what_stays(r, motion.stays);
   if (const double unseen = cost_unseen(motion.events); unseen > 0)
     widen_error(r, problem.parameters, unseen, gradient_unseen(motion.events));
   if (left > kSaidOfHalving * problem.solver.rtol * size) {

@@ -21,6 +21,7 @@ struct ForwardMotion {
   MotionEvents::History history = {};             // what decided at them
   std::vector<RunEvent> events = {};              // the same, as they are told
   double told_drift = 0;                          // of its rows, RunWatch::told_drift()
+  double stays = 0;                               // of its slips, KnownError::stays
   std::vector<SlowStretches::Stretch> slow = {};  // where it is crossed by maps
 };
 

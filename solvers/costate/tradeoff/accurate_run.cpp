@@ -385,15 +385,7 @@ class Chooser {
 AccurateRun run_to_accuracy(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request,
                             const BeginRecording& begin) {
   AccurateRun r = Chooser(problem, rho, request).run(begin);
-  // No tolerance makes these smaller.
-  const double unseen = cost_unseen(r.result.events), relative = unseen / std::max(std::abs(r.result.psi), unseen);
-  r.psi_error += unseen;
-  for (std::size_t j = 0; j < r.gradient_error.size(); ++j)
-    r.gradient_error[j] += gradient_unseen(r.result.events) / problem.parameters.parameters[j].scale;
-  if (!(relative > r.relative)) return r;
-  r.relative = relative;
-  r.worst = "psi";
-  r.met = relative <= request.accuracy;
+  r.add_what_stays(request.accuracy);
   return r;
 }
 

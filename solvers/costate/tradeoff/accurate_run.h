@@ -43,6 +43,8 @@ struct AccurateRun {
 
   /// All errors so many times as large.
   void widen(double times);
+  /// To the errors that two runs tell: what both have alike, whatever their tolerances. `accuracy`: asked for.
+  void add_what_stays(double accuracy);
 };
 
 /// Where each attempt at the final run of a simulation is recorded anew; empty: nowhere.

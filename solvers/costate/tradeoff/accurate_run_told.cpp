@@ -1,6 +1,11 @@
-// What an accurate run says of itself.
+// What an accurate run says of itself, and of what no tolerance makes smaller.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "costate/integrator/run_watch.h"
+#include "costate/problem/known_error.h"
 #include "costate/tradeoff/accurate_run.h"
 
 namespace costate {
@@ -8,6 +13,19 @@ namespace costate {
 void AccurateRun::widen(double times) {
   for (double* error : {&psi_error, &outputs_error, &relative, &besides_error}) *error *= times;
   for (double& error : gradient_error) error *= times;
+}
+
+void AccurateRun::add_what_stays(double accuracy) {
+  const double unseen = cost_unseen(result.events), stays = what_stays(result),
+               part = std::max(stays, unseen / std::max(std::abs(result.psi), unseen));
+  psi_error += unseen + stays * std::abs(result.psi);
+  for (std::size_t j = 0; j < gradient_error.size(); ++j)
+    gradient_error[j] +=
+        gradient_unseen(result.events) / problem.parameters.parameters[j].scale + stays * std::abs(result.gradient[j]);
+  if (!(part > relative)) return;
+  relative = part;
+  worst = "psi";
+  met = relative <= accuracy;
 }
 
 std::string text_of(const AccurateRun& run) {

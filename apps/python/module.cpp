@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 
 #include "costate/base/notice.h"
 #include "costate/base/version.h"
@@ -17,6 +18,7 @@
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/scene/scene_files.h"
 #include "costate/sensitivity/difference_hessian.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/hessian.h"
@@ -304,6 +306,24 @@ void define_errors(py::module_& m) {
   });
 }
 
+/// A scene outlives the working directory that it was read in: the file from which those that it names count is
+/// absolute.
+std::string absolute(const std::string& path) { return std::filesystem::absolute(path).lexically_normal().string(); }
+
+Scene parsed(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
+  const SceneFileLog files(name);
+  Scene scene = Scene::parse(text, name, overrides);
+  return files.files().empty() ? scene : Scene::parse(text, absolute(name), overrides);
+}
+
+/// The scene's text for a file in `directory`, or, where that is empty, anywhere.
+std::string text_for(const Scene& scene, const std::string& directory) {
+  const Unsaid reading;
+  const SceneFileLog files(scene.file_name());
+  Scene::parse(scene.dump(), scene.file_name());
+  return scene_text_for(scene, files.files(), directory);
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_costate, m) {
@@ -313,18 +333,25 @@ PYBIND11_MODULE(_costate, m) {
       .def_static("load",
                   [](const std::string& path, const std::vector<std::string>& overrides) {
                     std::optional<Scene> scene;
-                    run_unlocked([&] { scene = Scene::load(path, overrides); });
+                    run_unlocked([&] { scene = Scene::load(absolute(path), overrides); });
                     return *scene;
                   })
       .def_static("parse",
                   [](const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
                     std::optional<Scene> scene;
-                    run_unlocked([&] { scene = Scene::parse(text, name, overrides); });
+                    run_unlocked([&] { scene = parsed(text, name, overrides); });
                     return *scene;
                   })
       .def_readonly("title", &Scene::title)
       .def_property_readonly("file_name", &Scene::file_name)
-      .def("dump", &Scene::dump)
+      .def(
+          "dump",
+          [](const Scene& scene, const std::string& directory) {
+            std::string text;
+            run_unlocked([&] { text = text_for(scene, directory); });
+            return text;
+          },
+          py::arg("directory") = "")
       .def("with_overrides", &Scene::with_overrides)
       .def_property_readonly("coordinates", [](const Scene& s) { return s.mechanism()->coordinate_names(); })
       .def_property_readonly("outputs", [](const Scene& s) { return output_names(*s.mechanism()); })
@@ -337,7 +364,7 @@ PYBIND11_MODULE(_costate, m) {
                                return d;
                              })
       .def(py::pickle(
-          [](const Scene& s) { return py::make_tuple(s.dump(), s.file_name()); },
+          [](const Scene& s) { return py::make_tuple(text_for(s, ""), s.file_name()); },
           [](const py::tuple& t) { return Scene::parse(t[0].cast<std::string>(), t[1].cast<std::string>()); }));
   const auto each = [](auto member) {
     return [member](const PyProblem& p) {

@@ -275,9 +275,43 @@ TEST_CASE("import: mistakes name file, link and joint") {
   CHECK_THAT(complaint({"import", "light.urdf"}), Contains("Link 'b' moves and has no mass"));
   CHECK_THAT(complaint({"import", arm, "--pose", "joint_7=1"}), Contains("no joint 'joint_7'") && Contains("joint_1"));
   CHECK_THAT(complaint({"import", arm, "--pose", "joint_1"}), Contains("--pose needs JOINT=VALUE"));
+  CHECK_THAT(complaint({"import", arm, "--pose", "joint_1=1", "--pose", "joint_1=2"}), Contains("'joint_1' twice"));
   CHECK_THAT(complaint({"import", arm, "--close", "hand,foot"}), Contains("no link 'foot'"));
   CHECK_THAT(complaint({"import", arm, "--close", "hand,tool0"}), Contains("fixed to each other"));
   CHECK(here.entries() == std::vector<std::string>{"bad.urdf", "light.urdf"});
+}
+
+// urdfdom leaves an <inertial> out that it cannot read: of a tool fixed to a link its mass would just be missing.
+TEST_CASE("import: no inertia is left out") {
+  const WorkingDirectory here;
+  const auto import = [&](const std::string& inertial) {
+    write_text(here / "tool.urdf", R"(<robot name="z"><link name="b"/>
+<link name="l"><inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+<link name="t"><inertial>)" + inertial +
+                                       R"(</inertial></link>
+<joint name="j" type="continuous"><parent link="b"/><child link="l"/><axis xyz="0 1 0"/></joint>
+<joint name="f" type="fixed"><parent link="l"/><child link="t"/></joint></robot>)");
+    return run_costate({"import", "tool.urdf"}, here.path());
+  };
+  const std::string at = "<origin xyz=\"0 0 0.3\"/>", mass = "<mass value=\"1.5\"/>",
+                    inertia = "<inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/>";
+  CHECK_THAT(import(at + mass + inertia).out, Contains("mass_kg = 3.5"));
+  const auto changed = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  for (const std::string& wrong :
+       {at + changed(mass, "1.5", "1,5") + inertia, at + changed(mass, "1.5", "1.5kg") + inertia,
+        at + changed(mass, "1.5", "") + inertia, at + changed(mass, "1.5", "nan") + inertia,
+        at + changed(mass, "1.5", "inf") + inertia, at + changed(mass, "1.5", "-1") + inertia,
+        at + changed(mass, "mass", "mas") + inertia, changed(at, "0 0 0.3", "0 0.3") + mass + inertia,
+        changed(at, "0 0 0.3", "0,0,0.3") + mass + inertia, at + mass + changed(inertia, " izz=\"0.02\"", ""),
+        at + mass + changed(inertia, "0.02", "0,02"), at + mass + changed(inertia, "0.02", "-0.01"), at + mass}) {
+    CAPTURE(wrong);
+    const Outcome o = import(wrong);
+    CHECK(o.status == 1);
+    CHECK(o.out.empty());
+    CHECK_THAT(o.err, Contains("tool.urdf"));
+  }
 }
 
 #else

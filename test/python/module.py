@@ -96,6 +96,54 @@ class Scenes(unittest.TestCase):
         other = tied.set({path: 1.1 * value for path, value in first.items()})
         self.assertAlmostEqual(other[both[1]], 1.1 * first[both[1]])
 
+    def test_files_are_those_of_the_scenes_own_folder(self):
+        text = """[point.P]
+x_m = 0
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 1
+[data.d]
+file = "d.csv"
+[force.f]
+point = "P"
+x_N = { kind = "data", data = "d", column = "force" }
+[start]
+given = ["P.x", "P.y"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+[parameter.m]
+number = "mass.m.mass_kg"
+[run]
+t_end_s = 1
+parameters = ["m"]
+"""
+        here = os.getcwd()
+        with tempfile.TemporaryDirectory() as top:
+            for folder, force in (("own", 1), ("other", 100)):
+                os.mkdir(os.path.join(top, folder))
+                with open(os.path.join(top, folder, "d.csv"), "w", encoding="utf-8") as data:
+                    data.write("t [s],force [N]\n0,%d\n1,%d\n" % (force, force))
+            with open(os.path.join(top, "own", "s.toml"), "w", encoding="utf-8") as file:
+                file.write(text)
+            try:
+                os.chdir(os.path.join(top, "own"))
+                scene = costate.load("s.toml")
+                written = costate.parse(text)
+                os.chdir(os.path.join(top, "other"))
+                saved = os.path.join(top, "other", "saved.toml")
+                problem = costate.Problem(scene)
+                scene.save(saved)
+                for scene in (scene, written, scene.set({"mass.m.mass_kg": 1}), problem.scene_at(problem.values),
+                              costate.load(saved), pickle.loads(pickle.dumps(scene)),
+                              costate.parse(scene.dump(), "anywhere.toml"),
+                              pickle.loads(pickle.dumps(problem)).scene_at([1])):
+                    # x = F t^2/(2 m); with the other folder's data 50.
+                    self.assertAlmostEqual(costate.Problem(scene).simulate().psi, 0.5, places=7)
+            finally:
+                os.chdir(here)
+
     def test_errors_are_those_of_the_tool(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "s.toml")

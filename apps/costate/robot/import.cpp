@@ -31,7 +31,8 @@ RobotOptions robot_options(const ImportOptions& options) {
     if (equals == std::string::npos || read.ec != std::errc() || read.ptr != text.data() + text.size() ||
         !std::isfinite(value))
       throw Error(fmt::format("--pose needs JOINT=VALUE in rad or m, found '{}'. Example: --pose elbow=0.5.", text));
-    r.positions[text.substr(0, equals)] = value;
+    if (!r.positions.emplace(text.substr(0, equals), value).second)
+      throw Error(fmt::format("--pose gives joint '{}' twice.", text.substr(0, equals)));
   }
   for (const auto& text : options.loops) {
     const auto comma = text.find(',');

@@ -1,6 +1,7 @@
 // Reads URDF by the parser of the format's own project (urdfdom), where that was found when the tool was built.
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -78,6 +79,9 @@ class UrdfReader {
     if (!model_)
       throw Error(fmt::format("{}: This is no URDF that can be read: {}", file_,
                               complaints.errors.empty() ? "the file cannot be opened" : complaints.errors));
+    // What it could not read it has left out: an <inertial> whose mass is "1,5" is none.
+    if (!complaints.errors.empty())
+      throw Error(fmt::format("{}: This URDF cannot be read as a whole: {}", file_, complaints.errors));
     robot_.name = model_->getName();
     for (const auto& [name, value] : options_.positions)
       if (!model_->joints_.contains(name)) throw unknown("--pose", "joint", name, model_->joints_);
@@ -104,7 +108,7 @@ class UrdfReader {
       if (!(robot_.bodies[i].inertia.mass > 0))
         throw Error(
             fmt::format("{}: Link '{}' moves and has no mass; give it (or a link that is fixed to it) an "
-                        "<inertial>, or make its joint fixed.",
+                        "<inertial> with a mass above 0, or make its joint fixed.",
                         file_, robot_.bodies[i].name));
     for (const auto& [first, second] : options_.closed) close(first, second);
     return std::move(robot_);
@@ -137,6 +141,7 @@ class UrdfReader {
       RobotInertia one;
       one.mass = i.mass;
       one.matrix << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+      require_inertia(link.name, one);
       if (index == 0 && i.mass > 0)
         robot_.left_out.push_back(fmt::format("link '{}' stands on the ground, its mass does not matter", link.name));
       body.inertia += one.seen_from(pose * pose_of(i.origin));
@@ -144,6 +149,19 @@ class UrdfReader {
     for (const auto& v : link.visual_array)
       if (v && v->geometry) add_visual(link.name, body, pose * pose_of(v->origin), *v->geometry);
     for (const auto& joint : link.child_joints) add_joint(*joint, index, pose);
+  }
+
+  /// Of each link: in the sum with what is fixed to it a mistake would not be seen.
+  void require_inertia(const std::string& link, const RobotInertia& of) const {
+    constexpr double kRounding = 1e-9;
+    if (!std::isfinite(of.mass) || of.mass < 0)
+      throw Error(fmt::format("{}: Link '{}' has a mass of {:g} kg: at least 0 is expected.", file_, link, of.mass));
+    const Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(of.matrix).eigenvalues();
+    if (!of.matrix.allFinite() || moments[0] < -kRounding * moments.cwiseAbs().maxCoeff())
+      throw Error(
+          fmt::format("{}: Link '{}' has an inertia matrix whose principal moments are {:.4g}, {:.4g} and {:.4g} "
+                      "kg m^2: none may be negative.",
+                      file_, link, moments[0], moments[1], moments[2]));
   }
 
   void add_joint(const urdf::Joint& j, std::size_t parent, const Isometry3d& parent_pose) {
@@ -182,6 +200,8 @@ class UrdfReader {
       r.damping = j.dynamics->damping;
       r.friction = j.dynamics->friction;
     }
+    if (j.safety)
+      robot_.left_out.push_back(fmt::format("joint '{}' has a <safety_controller>, which is not imported", j.name));
     if (j.mimic) {
       r.leader = j.mimic->joint_name;
       r.multiplier = j.mimic->multiplier;

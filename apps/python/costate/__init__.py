@@ -14,6 +14,7 @@ between two of its steps.
 """
 
 import json as _json
+import os as _os
 import warnings as _warnings
 
 from . import _costate
@@ -91,19 +92,21 @@ class Scene:
         return Scene(self._inner.with_overrides([(path, _value(value)) for path, value in values.items()]))
 
     def dump(self):
-        """The scene as TOML."""
+        """The scene as TOML, for a file anywhere: files that it names are so by absolute paths."""
         return self._inner.dump()
 
     def save(self, path):
+        """Writes it to a file; those that it names are so by paths from there."""
+        text = self._inner.dump(_os.path.dirname(_os.path.abspath(path)))
         with open(path, "w", encoding="utf-8") as file:
-            file.write(self.dump())
+            file.write(text)
 
     def __repr__(self):
         return f"<costate.Scene {self.title or self.file_name!r}>"
 
 
 def load(path, set=None):
-    """Reads a scene file; `set` replaces values by path before anything is checked."""
+    """Reads a scene file; `set` replaces values by path before anything is checked. Its `file_name` is absolute."""
     overrides = [f"{key}={_value(value)}" for key, value in (set or {}).items()]
     return Scene(_costate.Scene.load(str(path), overrides))
 

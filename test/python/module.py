@@ -338,6 +338,10 @@ class Runs(unittest.TestCase):
                             ("now", "times must be numbers"), (0.1, "one dimension")):
             with self.assertRaisesRegex(TypeError, told.replace("(", r"\(").replace(")", r"\)")):
                 problem.simulate(times=times)
+        with self.assertRaisesRegex(TypeError, "rho must be real numbers"):
+            problem.gradient([1 + 1e-30j] * len(problem.parameters))
+        with self.assertRaisesRegex(ValueError, "direction must be finite"):
+            problem.hessian_product([float("nan")] * len(problem.parameters))
         with self.assertRaisesRegex(TypeError, "rho must be numbers"):
             problem.gradient(["a"] * len(problem.parameters))
         with self.assertRaisesRegex(KeyError, "'none' is no parameter of the problem: these are "):

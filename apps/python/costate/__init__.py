@@ -232,7 +232,11 @@ class Problem:
     def hessian_product(self, direction, rho=None):
         """The Hessian of psi times a direction (p), or several (p x k), exactly."""
         import numpy
+        if numpy.iscomplexobj(direction):
+            raise TypeError("direction must be real numbers.")
         direction = numpy.asarray(direction, dtype=float)
+        if not numpy.isfinite(direction).all():
+            raise ValueError(f"direction must be finite numbers, found {direction!r:.100}.")
         columns = direction.reshape(len(direction), -1)
         return self._inner.hessian_product(columns, self._rho(rho)).reshape(direction.shape)
 
@@ -276,6 +280,8 @@ def _vector(name, x):
     import numpy
     if x is None:
         return None
+    if numpy.iscomplexobj(x):
+        raise TypeError(f"{name} must be real numbers: derivatives are exact, and no complex step is taken.")
     try:
         numbers = numpy.asarray(x, dtype=float)
     except (TypeError, ValueError):

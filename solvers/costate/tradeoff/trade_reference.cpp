@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -268,11 +269,15 @@ void TradeReference::measure(const TradeProbe& probe) {
     if (unit.starts_with("rad")) return largest["m" + unit.substr(3)] / length;
     return unit == "m" || unit.starts_with("m/s") ? length * largest["rad" + unit.substr(1)] : 0;
   };
+  // Euler parameters and unit vectors are parts of 1.
+  std::set<std::string> of_one;
+  for (const Coordinate& c : probe.problem().mechanism->coordinates())
+    if (c.unit == "1") of_one.insert(c.name);
   output_unit.clear();
   for (std::size_t o = 0; o < outputs.size(); ++o) {
     const double range = high[o] - low[o];
-    const double unit =
-        std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
+    const double of = std::max(largest[outputs[o]->unit()], of_one.count(outputs[o]->name()) > 0 ? 1.0 : 0.0);
+    const double unit = std::max(range > kConstant * size[o] ? range : size[o], kCancelled * of);
     // An energy's zero is anybody's choice.
     const double least = outputs[o]->unit() == "J" ? kinetic : 0;
     const double nothing =

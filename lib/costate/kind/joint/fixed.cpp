@@ -19,7 +19,9 @@ namespace {
 const RegisterSceneKind fixed_registered({
     .name = "fixed",
     .phase = ScenePhase::elements,
-    .summary = "a weld in space: two points coincide and the bodies do not turn against each other",
+    .summary = "a weld in space: two points coincide and the bodies do not turn against each other, from how they "
+               "first stand or, "
+               "with axes, from where these and the normals (without normals all directions) agree",
     .example = R"(
 [gravity]
 y_m_per_s2 = 1

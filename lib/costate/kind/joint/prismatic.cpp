@@ -35,7 +35,8 @@ const JointRecipe kSpatial = {"prismatic", JointRecipe::Place::on_axis, Directio
 const RegisterSceneKind prismatic_registered({
     .name = "prismatic",
     .phase_of = joint_phase,
-    .summary = "a sliding joint between two bodies, or a body and the ground",
+    .summary = "a sliding joint between two bodies, or a body and the ground; its force (across the axis, to its left) "
+               "and torque are those on the first",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81

@@ -66,6 +66,10 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
         "The accuracy {:.1g} was not reached: at rtol {:.1e} the error of {} is estimated as {:.1e}. Where errors grow "
         "along a motion, or forces jump, no tolerance may reach it; a shorter run (--t-end) shows from when on.",
         accuracy, r.problem.solver.rtol, r.worst, r.relative));
+  if (!r.times_error)
+    notice(fmt::format(
+        "The run at rtol {:.1e} has another number of events than the result's {}: when they happen is not known.",
+        r.looser, r.result.events.size()));
   if (r.besides_error > accuracy)
     notice(fmt::format(
         "The accuracy is that of {}; of what is stored besides '{}' is off by {:.1e} of its range. Name what has to be "
@@ -95,6 +99,7 @@ Json accuracy_json(const AccurateRun& run, double accuracy) {
           {"outputs_error", run.outputs_error},
           {"stored_error", run.worst_besides.empty() ? Json() : Json(run.besides_error)},
           {"stored_worst", run.worst_besides.empty() ? Json() : Json(run.worst_besides)},
+          {"event_times_error_s", run.times_error ? Json(*run.times_error) : Json()},
           {"rtol", run.problem.solver.rtol},
           {"atol", run.problem.solver.absolute()},
           {"compared_with_rtol", run.looser},

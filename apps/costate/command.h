@@ -117,8 +117,6 @@ void require_writable(const std::filesystem::path& directory);
 Json settings_json(const Setup& setup);
 /// The contract's keys for one run.
 Json run_json(const Setup& setup, const GradientResult& result, const std::string& method, double wall_s);
-/// The events of a run in a line, the first few by name; empty without any.
-std::string events_text(const Simulation& r);
 Json counters_json(const Counters& c);
 /// What was noticed when the scene was read, and since then (costate/base/notice.h).
 Json warnings_of(const Setup& setup);

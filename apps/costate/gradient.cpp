@@ -11,6 +11,7 @@
 #include "costate/tradeoff/trade_table.h"
 #include "design_setup.h"
 #include "digits.h"
+#include "events_text.h"
 #include "run_pages.h"
 #include "start_notice.h"
 #include "trajectory.h"
@@ -232,7 +233,7 @@ int run(const CommonOptions& common, const GradientOptions& options) {
                                  what.name(), precision.run, psi_text(r.psi, precision, psi_error, r.known_error));
   text += derivatives_text(setup, r, precision.relative);
   if (accurate) text += accuracy_text(*accurate, *accuracy);
-  text += events_text(r);
+  text += events_text(r, times_uncertainty(setup.problem.solver, precision, accurate ? &*accurate : nullptr));
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
   text += report_text(setup, options, j, true);

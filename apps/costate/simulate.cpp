@@ -15,6 +15,7 @@
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/tradeoff/motion_confirmation.h"
 #include "digits.h"
+#include "events_text.h"
 #include "report_page.h"
 #include "start_notice.h"
 #include "trajectory.h"
@@ -114,7 +115,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   text += fmt::format("  {}\n",
                       costs ? psi_text(r.psi, precision, error, r.known_error) : "psi = 0 (the scene has no cost)");
   if (accurate) text += accuracy_text(*accurate, *accuracy);
-  text += events_text(r);
+  text += events_text(r, times_uncertainty(solver, precision, accurate ? &*accurate : nullptr));
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,
                       r.counters.factorizations, wall);
   text += tries_text(r);

@@ -100,17 +100,6 @@ void notice_start(const Setup& setup) {
   }
 }
 
-std::string events_text(const Simulation& r) {
-  const std::string end = r.end ? fmt::format("  ended at {:.9g} s by {}\n", r.end->t, r.end->name) : "";
-  if (r.events.empty()) return end;
-  constexpr std::size_t shown = 4;
-  std::string text = fmt::format("  {} event{}: ", r.events.size(), r.events.size() == 1 ? "" : "s");
-  for (std::size_t i = 0; i < std::min(shown, r.events.size()); ++i)
-    text += fmt::format("{}{} at {:.6g} s", i == 0 ? "" : ", ", r.events[i].name, r.events[i].t);
-  if (r.events.size() > shown) text += ", ...";
-  return text + "\n" + end;
-}
-
 Json run_json(const Setup& setup, const GradientResult& r, const std::string& method, double wall_s) {
   const auto names = setup.problem.parameters.names();
   Json j;

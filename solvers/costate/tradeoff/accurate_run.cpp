@@ -294,6 +294,7 @@ class Chooser {
     said_ = take_notices();
     r.problem = p;
     psi_size_ = std::abs(v.psi);
+    for (const RunEvent& e : r.result.events) v.event_times.push_back(e.t);
     return v;
   }
 
@@ -336,6 +337,8 @@ class Chooser {
     r.besides_error =
         row.worst_besides.empty() ? 0 : std::max({share * row.besides, fall_.least(apart.size() - 1), least});
     r.worst_besides = row.worst_besides;
+    r.times_error = times_apart(coarse.values.event_times, fine.values.event_times);
+    if (r.times_error) *r.times_error *= share;
     r.relative = std::max({psi, outputs, gradient});
     r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
     r.gradient_error.clear();

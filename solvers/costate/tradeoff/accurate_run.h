@@ -37,6 +37,8 @@ struct AccurateRun {
   std::string worst;                   // what that is of
   double besides_error = 0;            // the largest of what is stored besides, as of outputs
   std::string worst_besides;
+  /// Of when its events happen [s]; none where the looser run has another number of them.
+  std::optional<double> times_error = 0;
   std::vector<AccuracyPilot> pilots;
   int runs = 0;  // behind the pilots
   GradientResult result;
@@ -46,6 +48,9 @@ struct AccurateRun {
   /// To the errors that two runs tell: what both have alike, whatever their tolerances. `accuracy`: asked for.
   void add_what_stays(double accuracy);
 };
+
+/// The largest difference of two runs' times of events, or nothing where one has more of them.
+std::optional<double> times_apart(const std::vector<double>& a, const std::vector<double>& b);
 
 /// Where each attempt at the final run of a simulation is recorded anew; empty: nowhere.
 using BeginRecording = std::function<TradeProbe::Recording(const Problem& chosen)>;

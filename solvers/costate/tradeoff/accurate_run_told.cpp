@@ -13,6 +13,7 @@ namespace costate {
 void AccurateRun::widen(double times) {
   for (double* error : {&psi_error, &outputs_error, &relative, &besides_error}) *error *= times;
   for (double& error : gradient_error) error *= times;
+  if (times_error) *times_error *= times;
 }
 
 void AccurateRun::add_what_stays(double accuracy) {
@@ -26,6 +27,13 @@ void AccurateRun::add_what_stays(double accuracy) {
   relative = part;
   worst = "psi";
   met = relative <= accuracy;
+}
+
+std::optional<double> times_apart(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) return {};
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
 }
 
 std::string text_of(const AccurateRun& run) {

@@ -27,6 +27,7 @@ struct TradeValues {
   double psi = 0;
   std::vector<double> gradient;  // empty for a simulation
   std::optional<TradeMotion> motion;
+  std::vector<double> event_times;  // s, in order, where they are asked for
   Counters counters;
   double time_s = 0;  // processor time
 };

@@ -67,6 +67,27 @@ OwnJumpWatch::OwnJumpWatch(const Mechanism& mechanism, const Objective& objectiv
                           force.calc_force(local, values.data(), values.data() + count);
                         }});
   }
+  const std::vector<double> numbers = mechanism.base_numbers();
+  for (const auto& owned : mechanism.constraints()) {
+    const Constraint& c = *owned;
+    if (is_wholly_of_library(typeid(c))) continue;
+    std::vector<double> own_numbers, declared;
+    for (const int k : c.numbers()) own_numbers.push_back(numbers[static_cast<std::size_t>(k)]);
+    c.add_kinks(own_numbers.data(), declared);
+    c.add_acceleration_jumps(own_numbers.data(), declared);
+    if (!declared.empty()) continue;
+    const auto rows = static_cast<std::size_t>(c.rows());
+    watched_.push_back({fmt::format("What the constraint '{}' makes of velocities and accelerations", c.path()),
+                        "Declare its times (add_kinks(), add_acceleration_jumps() of costate/element/element.h)",
+                        [&c, rows, own = std::make_shared<GatheredState>()](const StateView& s, Assembly& assembly,
+                                                                            std::vector<double>& values) {
+                          const LocalState local = own->of(c, s, assembly.numbers());
+                          values.assign(2 * rows, 0);
+                          c.calc_bias(local, values.data());
+                          if (c.rheonomic()) c.calc_phi_t(local, values.data() + rows);
+                        },
+                        rows});
+  }
   for (std::size_t i = 0; i < objective.running.size(); ++i) {
     const CostTerm& term = ungated(*objective.running[i]);
     if (!is_of_user(term)) continue;
@@ -147,7 +168,8 @@ void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<doub
       of.add(at, assembly, values);
       return std::abs(values[i] - before) > 0.5 * jump;
     };
-    if (jumps_by_time()) {
+    if (i >= of.rates_from) needs_impulse_ = true;
+    if (i < of.rates_from && jumps_by_time()) {
       const MovedParameters moved(assembly);
       bool moves = false;
       for (std::size_t j = 0; j < moved.count() && !moves; ++j)

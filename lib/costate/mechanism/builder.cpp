@@ -158,6 +158,13 @@ void MechanismBuilder::require_element(const void* element) const {
   if (!element) throw Error("An element is expected, found a null pointer.");
 }
 
+/// Kernels keep so many on the stack.
+static void require_count(const Element& e, const char* function, int found, int least) {
+  if (found < least || found > kMaxLocal)
+    throw ModelError(e.path(),
+                     fmt::format("Its {}() is {}; between {} and {} are expected.", function, found, least, kMaxLocal));
+}
+
 void MechanismBuilder::add(std::unique_ptr<Body> body) {
   require_element(body.get());
   check_element(*m_, *body);
@@ -169,6 +176,7 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
   if (c->coordinates().empty())
     throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
   check_element(*m_, *c);
+  require_count(*c, "rows", c->rows(), 1);
   m_->row_offsets_.push_back(m_->row_count_);
   m_->row_count_ += c->rows();
   m_->constraints_.push_back(std::move(c));
@@ -177,6 +185,7 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
 void MechanismBuilder::add(std::unique_ptr<Force> f) {
   require_element(f.get());
   check_element(*m_, *f);
+  require_count(*f, "states", f->states(), 0);
   m_->state_offsets_.push_back(m_->state_count_);
   m_->state_count_ += f->states();
   m_->forces_.push_back(std::move(f));

@@ -12,6 +12,7 @@
 #include "costate/base/error.h"
 #include "costate/base/generic_numbers.h"
 #include "costate/base/library_class.h"
+#include "costate/mechanism/value_check.h"
 
 namespace costate {
 
@@ -27,12 +28,7 @@ using Values = std::vector<double>;
 
 std::size_t index(int n) { return static_cast<std::size_t>(n); }
 
-/// The local arguments of one element.
-struct Place {
-  double t = 0;
-  Values q, v, a, lambda, z, p;
-  LocalState view() const { return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()}; }
-};
+using Place = ElementPlace;
 
 /// `q`: positions of all coordinates at the start.
 Place place_near_start(const Mechanism& m, const Values& q, const Element& e, int rows, int states, int which) {
@@ -322,7 +318,7 @@ void check_all(const Mechanism& m, const Values& q, const std::vector<std::uniqu
   std::map<std::type_index, int> seen;
   for (const auto& owned : elements) {
     const Kind& e = *owned;
-    if (which_ones == ElementsChecked::of_users && is_of_library(typeid(e))) continue;
+    if (which_ones == ElementsChecked::of_users && is_wholly_of_library(typeid(e))) continue;
     if (++seen[typeid(e)] > kElements) continue;
     int rows = 0, states = 0;
     if constexpr (std::is_same_v<Kind, Constraint>) rows = e.rows();
@@ -339,6 +335,12 @@ void check_all(const Mechanism& m, const Values& q, const std::vector<std::uniqu
         continue;
       }
       c.judge();
+      try {
+        check_values(m, e, x);
+      } catch (const LostDerivative&) {
+        throw;
+      } catch (const std::exception&) {  // no state for it, a step away
+      }
     }
     if (all) check_claims(e, places[0], places[1]);
   }

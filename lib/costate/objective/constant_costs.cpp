@@ -24,6 +24,10 @@ class ConstantTerm final : public CostTerm {
     if (power_ == 2) output_->add_gradient(s, assembly, 2 * weight_ * output_->change(s, assembly, d), g);
     output_->add_gradient_change(s, assembly, d, weight_ * slope, g);
   }
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    const double slope = power_ == 2 ? 2 * (output_->value(s, assembly) - target_) : 1;
+    return weight_ * slope * output_->change(s, assembly, d);
+  }
   bool needs_accelerations() const override { return output_->needs_accelerations(); }
 
  private:

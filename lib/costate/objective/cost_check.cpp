@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/base/extrapolated_difference.h"
 #include "costate/base/generic_numbers.h"
 #include "costate/base/library_class.h"
 #include "costate/objective/sampled_cost.h"
@@ -15,7 +16,7 @@ namespace costate {
 
 namespace {
 
-constexpr double kAllowed = 1e-5, kAgreement = 1e-7;
+constexpr double kAllowed = 1e-5;
 constexpr int kArguments = 200;  // of these as many are looked at, evenly
 
 using Vector = Eigen::VectorXd;
@@ -65,23 +66,6 @@ class Point {
   Assembly& assembly_;
   Vector x_;
 };
-
-/// The derivative at 0 of f(h), a vector, by central differences of fourth order at falling steps: of the first two
-/// that agree; none where no two do.
-template <class F>
-std::optional<Vector> derivative(const F& f, double scale) {
-  std::optional<Vector> before;
-  for (double h = 1e-2 * scale; h > 1e-6 * scale; h /= 4) {
-    const Vector ahead = f(h), behind = f(-h), d = (8 * (ahead - behind) - (f(2 * h) - f(-2 * h))) / (12 * h);
-    if (!d.allFinite()) return std::nullopt;
-    const double rounding = 1e-15 / h * (ahead.cwiseAbs().maxCoeff() + behind.cwiseAbs().maxCoeff());
-    if (before && (d - *before).cwiseAbs().maxCoeff() <=
-                      kAgreement * std::max(d.cwiseAbs().maxCoeff(), before->cwiseAbs().maxCoeff()) + rounding)
-      return d;
-    before = d;
-  }
-  return std::nullopt;
-}
 
 class TermCheck {
  public:
@@ -145,7 +129,7 @@ class TermCheck {
         y[i] += h;
         return Vector::Constant(1, value(y, t, accelerations_));
       };
-      if (const auto d = derivative(along, std::max(1e-3, std::abs(x[i]))))
+      if (const auto d = extrapolated_difference(along, std::max(1e-3, std::abs(x[i]))))
         judge("add_gradient", "by " + point_.name(i), g[i], (*d)[0], rounding);
       judge("add_gradient", "with a factor, beside what is there, by " + point_.name(i), more[i], 1.7 * g[i], 0);
     }
@@ -205,7 +189,7 @@ class TermCheck {
       const auto along = [&](double h) {
         return Vector::Constant(1, value(moved(h), t + h * time_rate, accelerations_));
       };
-      if (const auto expected = derivative(along, 1))
+      if (const auto expected = extrapolated_difference(along, 1))
         judge("change", "along a direction", *change, (*expected)[0], rounding);
     }
     const auto change = found([&](const StateView& s) {
@@ -216,7 +200,7 @@ class TermCheck {
       return flat(g);
     });
     if (!change) return;
-    const auto expected = derivative([&](double h) { return gradient(moved(h), t + h * time_rate); }, 1);
+    const auto expected = extrapolated_difference([&](double h) { return gradient(moved(h), t + h * time_rate); }, 1);
     if (!expected) return;
     const double size = rounding + 1e-9 * expected->cwiseAbs().maxCoeff();
     for (int i = 0; i < point_.size(); ++i)
@@ -224,7 +208,8 @@ class TermCheck {
   }
 
   void judge(const char* function, const std::string& of, double found, double expected, double rounding) {
-    if (!told_.empty() || !std::isfinite(found) ||
+    if (!told_.empty() || !std::isfinite(found) || !std::isfinite(rounding) ||  // a value that is none tells nothing
+
         std::abs(found - expected) <= kAllowed * std::max(std::abs(found), std::abs(expected)) + rounding)
       return;
     told_ = fmt::format(
@@ -243,9 +228,16 @@ class TermCheck {
 /// Throws what check(TermCheck&) tells of terms of users' that have not passed it before.
 template <class Check>
 void for_terms_of_users(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
-                        const Objective& objective, const std::vector<double>& rho, const PassedOnce CostTerm::*passed,
+                        const Objective& objective, const std::vector<double>& rho,
+                        const std::shared_ptr<const Output>& end, const PassedOnce CostTerm::*passed,
                         const Check& check) {
   std::unique_ptr<Assembly> assembly;
+  if (end && !is_of_library(typeid(*end))) {
+    assembly = std::make_unique<Assembly>(mechanism, parameters);
+    const OutputTerm own(end, 1, -1, {});
+    TermCheck term(own, "The output that ends the run", *assembly, rho);
+    if (const std::string wrong = check(term); !wrong.empty()) throw Error(wrong);
+  }
   for (const bool running : {true, false}) {
     const auto& terms = running ? objective.running : objective.terminal;
     for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -270,14 +262,16 @@ bool is_of_user(const CostTerm& term) {
 }
 
 void check_cost_promises(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
-                         const Objective& objective, const std::vector<double>& rho) {
-  for_terms_of_users(mechanism, parameters, objective, rho, &CostTerm::promise_passed,
+                         const Objective& objective, const std::vector<double>& rho,
+                         const std::shared_ptr<const Output>& end) {
+  for_terms_of_users(mechanism, parameters, objective, rho, end, &CostTerm::promise_passed,
                      [](TermCheck& t) { return t.check_promise(); });
 }
 
 void check_cost_derivatives(const std::shared_ptr<const Mechanism>& mechanism, const ParameterSelection& parameters,
-                            const Objective& objective, const std::vector<double>& rho) {
-  for_terms_of_users(mechanism, parameters, objective, rho, &CostTerm::derivatives_passed,
+                            const Objective& objective, const std::vector<double>& rho,
+                            const std::shared_ptr<const Output>& end) {
+  for_terms_of_users(mechanism, parameters, objective, rho, end, &CostTerm::derivatives_passed,
                      [](TermCheck& t) { return t.check_derivatives(); });
 }
 

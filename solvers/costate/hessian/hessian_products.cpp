@@ -256,7 +256,8 @@ void require_products(const Problem& problem) {
 }  // namespace
 
 HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
-  check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
+  check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho,
+                         problem.ends_when ? problem.ends_when->output : nullptr);
   require_products(problem);
   if (problem.cycle)
     throw CapabilityError(

@@ -117,6 +117,14 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
   return r;
 }
 
+void check_times(const SolverOptions& o, const std::vector<double>& times) {
+  const double rounding = 1e-12 * std::max(std::abs(o.t_start), std::abs(o.t_end));
+  for (std::size_t i = 0; i < times.size(); ++i)
+    if (!(times[i] >= o.t_start - rounding && times[i] <= o.t_end + rounding) || (i > 0 && times[i] < times[i - 1]))
+      throw Error(fmt::format("Sample time {} is {} s; times within the run's {} .. {} s are expected, in order.", i,
+                              times[i], o.t_start, o.t_end));
+}
+
 Simulation simulate_by(const std::string& integrator, const Problem& problem, const std::vector<double>& rho,
                        const std::vector<double>& times, const SampleSink& sink) {
   Simulation r;
@@ -154,6 +162,7 @@ Simulation simulate_by(const std::string& integrator, const Problem& problem, co
 Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
                     const SampleSink& sink) {
   problem.check_values(rho);
+  check_times(problem.solver, times);
   const std::string integrator = integrator_of(problem);
   return with_cost_told(problem, rho, [&] { return simulate_by(integrator, problem, rho, times, sink); });
 }

@@ -59,6 +59,30 @@ std::vector<std::pair<std::string, long*>> counter_fields(Counters& counters) {
   return fields;
 }
 
+/// Of a selection made by hand: each number is one of the mechanism's, and varied once.
+static void check_selection(const ParameterSelection& selection, std::size_t numbers) {
+  std::vector<const Parameter*> of(numbers, nullptr);
+  for (const Parameter& p : selection.parameters) {
+    if (!(p.scale > 0) || !std::isfinite(p.scale))
+      throw Error(fmt::format("Parameter '{}' has the scale {}; expected a number above 0, its typical size.", p.name,
+                              p.scale));
+    for (const auto& [number, factor] : p.bindings) {
+      if (number < 0 || static_cast<std::size_t>(number) >= numbers)
+        throw Error(
+            fmt::format("Parameter '{}' is bound to number {}, and the mechanism has numbers 0 to {}; "
+                        "Mechanism::number() gives them by their paths.",
+                        p.name, number, static_cast<long>(numbers) - 1));
+      const Parameter*& owner = of[static_cast<std::size_t>(number)];
+      if (owner)
+        throw Error(
+            fmt::format("Parameters '{}' and '{}' vary the same number {}: derivatives by either of them would be "
+                        "those of a motion that only the last one decides.",
+                        owner->name, p.name, number));
+      owner = &p;
+    }
+  }
+}
+
 void Problem::check_values(const std::vector<double>& rho) const {
   if (!mechanism) throw Error("The problem has no mechanism.");
   for (const auto* terms : {&objective.running, &objective.terminal})
@@ -75,7 +99,14 @@ void Problem::check_values(const std::vector<double>& rho) const {
     if (!std::isfinite(rho[j]))
       throw Error(fmt::format("The value of parameter '{}' is {}; expected a finite number.",
                               parameters.parameters[j].name, rho[j]));
-  check_cost_promises(mechanism, parameters, objective, rho);
+  check_selection(parameters, mechanism->base_numbers().size());
+  if (ends_when && (!ends_when->output || ends_when->level_number >= static_cast<int>(mechanism->numbers().size())))
+    throw Error(ends_when->output
+                    ? fmt::format("The event that ends the run has the level number {}, and the mechanism {} "
+                                  "numbers.",
+                                  ends_when->level_number, mechanism->numbers().size())
+                    : "The event that ends the run has no output (a null pointer).");
+  check_cost_promises(mechanism, parameters, objective, rho, ends_when ? ends_when->output : nullptr);
   std::vector<double> numbers = mechanism->base_numbers();
   parameters.apply(rho.data(), numbers);
   require_joined_drivers(*mechanism, numbers, solver.t_start, solver.t_end);

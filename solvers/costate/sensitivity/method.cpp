@@ -171,7 +171,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const DerivativesWanted wanted;
   problem.check_values(rho);
   if (!method.perturbs && !rho.empty())
-    check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho);
+    check_cost_derivatives(problem.mechanism, problem.parameters, problem.objective, rho,
+                           problem.ends_when ? problem.ends_when->output : nullptr);
   if (has_samples(problem.objective) && problem.cycle) with_separate_samples(problem);  // refused
   if (problem.cycle && !method.perturbs) {
     const auto on_cycle = [&](const Problem& p) { return cycle_gradient(p, name, rho); };

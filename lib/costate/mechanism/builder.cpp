@@ -175,8 +175,8 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
   require_element(c.get());
   if (c->coordinates().empty())
     throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
-  check_element(*m_, *c);
   require_count(*c, "rows", c->rows(), 1);
+  check_element(*m_, *c);
   m_->row_offsets_.push_back(m_->row_count_);
   m_->row_count_ += c->rows();
   m_->constraints_.push_back(std::move(c));
@@ -184,8 +184,8 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
 
 void MechanismBuilder::add(std::unique_ptr<Force> f) {
   require_element(f.get());
-  check_element(*m_, *f);
   require_count(*f, "states", f->states(), 0);
+  check_element(*m_, *f);
   m_->state_offsets_.push_back(m_->state_count_);
   m_->state_count_ += f->states();
   m_->forces_.push_back(std::move(f));

@@ -87,7 +87,7 @@ class Look {
                       "differences of its values {:.9g}. All that depends on its arguments has to be "
                       "computed in their own type: value_of(), a cast to double or a branch at a value has "
                       "no derivative.",
-                      function_, i, by, dual, value));
+                      function_, i, by, dual + 0.0, value));
     }
   }
 
@@ -115,7 +115,7 @@ VectorXd residual(const Body& e, const ElementPlace& x) {
   return values;
 }
 
-/// M by dual numbers at other velocities, symmetric, and the whole of what accelerations do.
+/// M by dual numbers, which knows of no velocities, is symmetric, and the whole of what accelerations do.
 void check_mass(const Body& e, const ElementPlace& x) {
   const std::size_t n = x.q.size();
   const auto mass = [&](const ElementPlace& at) {
@@ -124,10 +124,9 @@ void check_mass(const Body& e, const ElementPlace& x) {
     e.Body::calc_mass(at.view(), to);
     return Eigen::MatrixXd(to);
   };
-  ElementPlace other = x, still = x;
-  for (double& v : other.v) v *= -1.7;
+  ElementPlace still = x;
   for (double& a : still.a) a = 0;
-  const Eigen::MatrixXd M = mass(x), turned = mass(other);
+  const Eigen::MatrixXd M = mass(x);
   const double size = M.lpNorm<Eigen::Infinity>();
   const VectorXd a = Eigen::Map<const VectorXd>(x.a.data(), static_cast<Eigen::Index>(n)), here = residual(e, x),
                  rest = residual(e, still);
@@ -139,10 +138,9 @@ void check_mass(const Body& e, const ElementPlace& x) {
                                        what, off, of));
   };
   require((M - M.transpose()).lpNorm<Eigen::Infinity>(), size, "M, its derivative by accelerations, is not symmetric");
-  require((M - turned).lpNorm<Eigen::Infinity>(), size, "M, its derivative by accelerations, changes with velocities");
   require((here - rest - M * a).lpNorm<Eigen::Infinity>(),
           std::max({size, here.lpNorm<Eigen::Infinity>(), rest.lpNorm<Eigen::Infinity>()}),
-          "it is not linear in accelerations");
+          "it is not linear in accelerations, or what they are multiplied by changes with velocities");
 }
 
 }  // namespace

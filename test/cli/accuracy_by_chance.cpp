@@ -73,7 +73,6 @@ TEST_CASE("accuracy by chance: no derivative is said to be known far better than
 // The trolley cannot turn: what rounding makes of that is no error of its range.
 TEST_CASE("accuracy by chance: what is zero is not off by more than its range", "[accuracy]") {
   const WorkingDirectory here;
-  bool told_of_any = false;
   for (const double accuracy : {1e-4, 1e-6, 1e-8}) {
     const Json r = costate_json(
         {"simulate", kCases + "crane_hoist.toml", "--accuracy", fmt::format("{}", accuracy), "--output", "out"},
@@ -81,10 +80,9 @@ TEST_CASE("accuracy by chance: what is zero is not off by more than its range", 
     const double stored = r["accuracy"]["stored_error"].get<double>();
     CAPTURE(accuracy, stored, r["accuracy"]["stored_worst"]);
     CHECK(stored < 100 * accuracy);
-    CHECK(r["accuracy"]["stored_worst"] != "trolley.angle_ddot");
+    // Where everything else is better than was asked for it may be the worst, and nothing is told.
+    CHECK((r["accuracy"]["stored_worst"] != "trolley.angle_ddot" || stored <= accuracy));
     const bool told = r["warnings"].dump().find("besides") != std::string::npos;
     CHECK(told == (stored > accuracy));
-    told_of_any = told_of_any || told;
   }
-  CHECK(told_of_any);
 }

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/integrator/event_notices.h"
+
 namespace costate::app {
 
 double times_uncertainty(const SolverOptions& solver, const Precision& precision, const AccurateRun* accurate) {
-  constexpr double kRunErrors = 10;
   if (accurate && accurate->times_error) return *accurate->times_error;
-  return kRunErrors * precision.relative * (solver.t_end - solver.t_start);
+  return kTimesOff * precision.relative * (solver.t_end - solver.t_start);
 }
 
 std::string events_text(const Simulation& r, double uncertainty) {

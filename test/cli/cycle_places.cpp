@@ -11,15 +11,9 @@ using namespace costate::test;
 
 namespace {
 
-/// A mass that a spring with a moving end drags to and fro over the ground, from where it sticks.
-const char* const kDragged = R"toml([gravity]
+/// Where the mass B sticks.
+const std::string kFloor = R"toml([gravity]
 y_m_per_s2 = -10
-[point.B]
-x_m = 0.12309798643135902
-y_m = 0
-[mass.B]
-point = "B"
-mass_kg = 2
 [contact.floor]
 kind = "rigid"
 point = "B"
@@ -29,6 +23,15 @@ friction = "coulomb"
 friction_coefficient = 0.3
 static_coefficient = 0.5
 PLACE
+)toml";
+
+/// A mass that a spring with a moving end drags to and fro over the ground, from where it sticks.
+const char* const kDragged = R"toml([point.B]
+x_m = 0.12309798643135902
+y_m = 0
+[mass.B]
+point = "B"
+mass_kg = 2
 [force.pull]
 point = "B"
 formula_x_N = "k*(A*cos(2*pi*t + PHASE) - B.x) - c*B.x_dot"
@@ -53,7 +56,7 @@ period_s = 1
 )toml";
 
 Outcome cycle_of(const std::vector<std::pair<std::string, std::string>>& with, const WorkingDirectory& here) {
-  write_text(here / "dragged.toml", with_words(kDragged, with));
+  write_text(here / "dragged.toml", with_words(kFloor + kDragged, with));
   return run_costate({"cycle", "dragged.toml"}, here.path());
 }
 
@@ -109,9 +112,7 @@ TEST_CASE("cycle places: what sticks all the time") {
 // Dragged by a spring whose end moves at 0.1 m/s: it slides until it is as fast as that end, and sticks until the
 // spring holds mu_s m g again.
 TEST_CASE("cycle places: a section that is met where it sticks") {
-  const char* const pulled = R"toml([gravity]
-y_m_per_s2 = -10
-[point.B]
+  const char* const pulled = R"toml([point.B]
 x_m = 0
 y_m = 0
 [mass.B]
@@ -128,15 +129,6 @@ mass_kg = 1
 point = "P"
 formula_x_N = "-3*(P.x_dot - 0.1)"
 formula_y_N = "10 - 50*P.y - 10*P.y_dot"
-[contact.floor]
-kind = "rigid"
-point = "B"
-closed = true
-sliding = "none"
-friction = "coulomb"
-friction_coefficient = 0.3
-static_coefficient = 0.5
-PLACE
 [force.pull]
 point = "B"
 formula_x_N = "200*(P.x - B.x)"
@@ -155,11 +147,11 @@ section = { output = "stretch", above = 0.03 }
 travel = "P.x"
 )toml";
   const WorkingDirectory here;
-  write_text(here / "pulled.toml", with_words(pulled, {{"PLACE", "along_m = 0"}, {"GIVEN", ""}}));
+  write_text(here / "pulled.toml", with_words(kFloor + pulled, {{"PLACE", "along_m = 0"}, {"GIVEN", ""}}));
   const Outcome o = run_costate({"cycle", "pulled.toml", "--no-files"}, here.path());
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("is not met where the search begins. contact.floor sticks there at its along_m"));
-  write_text(here / "pulled.toml", with_words(pulled, {{"PLACE", ""}, {"GIVEN", "\"B.x\", "}}));
+  write_text(here / "pulled.toml", with_words(kFloor + pulled, {{"PLACE", ""}, {"GIVEN", "\"B.x\", "}}));
   const Outcome placed = run_costate({"cycle", "pulled.toml"}, here.path());
   INFO(placed.err);
   REQUIRE(placed.status == 0);

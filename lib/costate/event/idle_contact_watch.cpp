@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace costate {
 
@@ -11,14 +13,16 @@ constexpr double kNothing = 1e-9;
 }  // namespace
 
 IdleContactWatch::IdleContactWatch(const Mechanism& mechanism) {
+  std::map<const Constraint*, std::pair<const Force*, int>> closing;  // with its state, by its rows
   for (std::size_t f = 0; f < mechanism.forces().size(); ++f) {
     const auto* contact = dynamic_cast<const UnilateralForce*>(mechanism.forces()[f].get());
-    if (!contact || contact->closed_state() < 0) continue;
-    for (std::size_t c = 0; c < mechanism.constraints().size(); ++c)
-      if (mechanism.constraints()[c].get() == contact->rows())
-        contacts_.push_back({mechanism.forces()[f].get(), mechanism.state_offsets()[f] + contact->closed_state(),
-                             mechanism.row_offsets()[c]});
+    if (contact && contact->closed_state() >= 0)
+      closing[contact->rows()] = {mechanism.forces()[f].get(), mechanism.state_offsets()[f] + contact->closed_state()};
   }
+  if (closing.empty()) return;
+  for (std::size_t c = 0; c < mechanism.constraints().size(); ++c)
+    if (const auto of = closing.find(mechanism.constraints()[c].get()); of != closing.end())
+      contacts_.push_back({of->second.first, of->second.second, mechanism.row_offsets()[c]});
 }
 
 bool IdleContactWatch::asks(const double* z) const {

@@ -22,7 +22,6 @@ constexpr int kElements = 8;                   // of a class
 constexpr double kDistances[] = {1e-4, 3e-2};  // from the start, relative to the largest position
 // Allowed: of an entry; of the largest of its row, in all blocks; of the numbers, times positions and velocities.
 constexpr double kRelative = 1e-6, kOfRow = 1e-13, kOfNumbers = 1e-15;
-constexpr std::size_t kNumbers = 400;  // of an element that are looked at, evenly; a table can have thousands
 
 using Values = std::vector<double>;
 
@@ -116,13 +115,6 @@ class Comparison {
   double rounding_ = 0;
   std::vector<Block> blocks_;
 };
-
-/// Calls f(k) of the numbers that are looked at.
-template <class F>
-void for_numbers(const Element& e, const F& f) {
-  const std::size_t n = e.numbers().size(), stride = (n + kNumbers - 1) / kNumbers;
-  for (std::size_t k = 0; k < n; k += stride) f(k);
-}
 
 Values part(const Values& x, std::size_t first, std::size_t size) {
   const auto at = x.begin() + static_cast<std::ptrdiff_t>(first);

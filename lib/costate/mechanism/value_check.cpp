@@ -21,7 +21,6 @@ constexpr double kAllowed = 1e-5, kRounding = 1e-9;
 // Of products of numbers with positions or velocities, which may be terms of the values and cancel, and the least step
 // of a difference in parts of its scale.
 constexpr double kOfTerms = 1e-15, kLeastStep = 1e-6;
-constexpr std::size_t kNumbers = 400;  // that are looked at, evenly
 
 double size_of(const Values& x) {
   double size = 0;
@@ -61,14 +60,13 @@ class Look {
   /// Of each number that is looked at; partial(k): the derivative by it.
   template <class Partial>
   void along_numbers(const Mechanism& m, const Partial& partial) const {
-    const std::size_t n = place_.p.size(), stride = (n + kNumbers - 1) / kNumbers;
-    for (std::size_t k = 0; k < n; k += stride) {
-      Values one(n);
+    for_numbers(element_, [&](std::size_t k) {
+      Values one(place_.p.size());
       one[k] = 1;
       const double size = std::abs(place_.p[k]);
       along("'" + m.numbers()[static_cast<std::size_t>(element_.numbers()[k])].path + "'", &ElementPlace::p, one,
             size > 0 ? size : 1, partial(static_cast<int>(k)));
-    }
+    });
   }
 
  private:

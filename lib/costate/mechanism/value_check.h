@@ -18,6 +18,14 @@ struct ElementPlace {
   LocalState view() const { return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()}; }
 };
 
+/// Calls f(k) of the element's numbers that are looked at, evenly: a table can have thousands.
+template <class F>
+void for_numbers(const Element& e, const F& f) {
+  constexpr std::size_t kNumbers = 400;
+  const std::size_t n = e.numbers().size(), stride = (n + kNumbers - 1) / kNumbers;
+  for (std::size_t k = 0; k < n; k += stride) f(k);
+}
+
 class LostDerivative : public ModelError {
  public:
   using ModelError::ModelError;

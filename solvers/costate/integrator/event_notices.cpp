@@ -22,8 +22,6 @@ namespace costate {
 namespace {
 // Of the run: an event so near its end, its start, or another one is there.
 constexpr double kSameInstant = 1e-9;
-// In rtol of the run's length: what the time of an event is off by.
-constexpr double kRunErrors = 10;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
@@ -133,6 +131,10 @@ void tell_of_idle(const IdleContactWatch& watch) {
       watch.first()->contact, watch.first()->from, watch.first()->to));
 }
 
+void tell_of_own_jumps(const OwnJumpWatch& watch) {
+  if (watch.needs_impulse()) notice(*watch.met() + " Velocities jump there, for which this run has no impulse.");
+}
+
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks) {
   if (problem.objective.terminal.empty()) return;
   const SolverOptions& run = problem.solver;
@@ -190,7 +192,7 @@ void tell_of_samples(const Problem& problem, const std::vector<RunEvent>& events
   const SampleTerm* samples = sample_term(problem.objective);
   if (!samples) return;
   const double instant =
-      std::max(kSameInstant, kRunErrors * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start);
+      std::max(kSameInstant, kTimesOff * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start);
   // What only begins to press moves what depends on accelerations alone.
   const auto jumps = [&](const RunEvent& e) {
     return samples->needs_accelerations() ||
@@ -225,7 +227,7 @@ void tell_of_coincident(const Problem& problem, const std::vector<double>& numbe
   if (!events.empty())
     tell_of_jumps(
         jump_times(*problem.mechanism, problem.objective, numbers), events, problem.solver.t_start,
-        std::max(kSameInstant, kRunErrors * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start));
+        std::max(kSameInstant, kTimesOff * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start));
   for (std::size_t k = 1; k < events.size(); ++k)
     for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
       for (const std::string& kink : {kink_of_coincident(*problem.mechanism, events[i].name, events[k].name),

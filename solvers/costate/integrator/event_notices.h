@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/analysis/own_jump_watch.h"
 #include "costate/event/grazing_watch.h"
 #include "costate/event/idle_contact_watch.h"
 #include "costate/event/motion_events.h"
@@ -11,6 +12,9 @@
 #include "costate/problem/problem.h"
 
 namespace costate {
+
+/// In rtol of the run's length: what the time of an event is off by.
+inline constexpr double kTimesOff = 10;
 
 /// Touches that errors may decide, of a gap that is grazed or of a condition that is nearly met (events: or null):
 /// notices; of a gradient a SolverError where the gap is too near.
@@ -23,6 +27,9 @@ double tell_of_offset(const SlipOffsetWatch& watch, double rtol);
 
 /// Of a gradient where a closed contact bears nothing: psi may have a kink there.
 void tell_of_idle(const IdleContactWatch& watch);
+
+/// Of a motion where a user's constraint asks for a velocity that jumps.
+void tell_of_own_jumps(const OwnJumpWatch& watch);
 
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);

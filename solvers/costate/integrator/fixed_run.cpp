@@ -223,8 +223,7 @@ void FixedRun::conclude(Simulation& result) const {
   for (const auto& text : watch_->warnings()) notice(text);
   if (const double drift = watch_->told_drift(); drift > 0) widen_by_part(result, drift);
   if (const double part = tell_of_offset(offsets_, problem_.solver.rtol); part > 0) widen_by_what_stays(result, part);
-  if (own_jumps_.needs_impulse())
-    notice(*own_jumps_.met() + " Velocities jump there, for which this run has no impulse.");
+  tell_of_own_jumps(own_jumps_);
   tell_of_grazing(grazing_, scheme_->motion_events(), problem_.solver.rtol);
   tell_of_end(problem_, result, kinks_);
   tell_of_impulses(problem_, result, kinks_);

@@ -152,8 +152,7 @@ void RunWatch::conclude(Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
-  if (own_jumps_.needs_impulse())
-    notice(*own_jumps_.met() + " Velocities jump there, for which this run has no impulse.");
+  tell_of_own_jumps(own_jumps_);
   tell_of_grazing(grazing_, system_.motion_events(), problem_.solver.rtol);
   open_costs_.tell(watch_.began_redundant());
   const std::vector<double> kinks = driver_kinks(*problem_.mechanism, system_.assembly().numbers());

@@ -99,7 +99,7 @@ void Problem::check_values(const std::vector<double>& rho) const {
     if (!std::isfinite(rho[j]))
       throw Error(fmt::format("The value of parameter '{}' is {}; expected a finite number.",
                               parameters.parameters[j].name, rho[j]));
-  check_selection(parameters, mechanism->base_numbers().size());
+  check_selection(parameters, mechanism->numbers().size());
   if (ends_when && (!ends_when->output || ends_when->level_number >= static_cast<int>(mechanism->numbers().size())))
     throw Error(ends_when->output
                     ? fmt::format("The event that ends the run has the level number {}, and the mechanism {} "

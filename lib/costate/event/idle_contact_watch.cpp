@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
+
+#include "costate/event/first_rows.h"
 
 namespace costate {
 
@@ -13,16 +13,15 @@ constexpr double kNothing = 1e-9;
 }  // namespace
 
 IdleContactWatch::IdleContactWatch(const Mechanism& mechanism) {
-  std::map<const Constraint*, std::pair<const Force*, int>> closing;  // with its state, by its rows
+  std::map<const Constraint*, int> rows;  // of a mechanism without contacts not asked for
   for (std::size_t f = 0; f < mechanism.forces().size(); ++f) {
-    const auto* contact = dynamic_cast<const UnilateralForce*>(mechanism.forces()[f].get());
-    if (contact && contact->closed_state() >= 0)
-      closing[contact->rows()] = {mechanism.forces()[f].get(), mechanism.state_offsets()[f] + contact->closed_state()};
+    const Force& force = *mechanism.forces()[f];
+    const auto* contact = dynamic_cast<const UnilateralForce*>(&force);
+    if (!contact || contact->closed_state() < 0) continue;
+    if (rows.empty()) rows = first_rows(mechanism);
+    if (const auto own = rows.find(contact->rows()); own != rows.end())
+      contacts_.push_back({&force, mechanism.state_offsets()[f] + contact->closed_state(), own->second});
   }
-  if (closing.empty()) return;
-  for (std::size_t c = 0; c < mechanism.constraints().size(); ++c)
-    if (const auto of = closing.find(mechanism.constraints()[c].get()); of != closing.end())
-      contacts_.push_back({of->second.first, of->second.second, mechanism.row_offsets()[c]});
 }
 
 bool IdleContactWatch::asks(const double* z) const {

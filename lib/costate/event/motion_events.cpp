@@ -11,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
+#include "costate/event/first_rows.h"
 #include "costate/event/kept_states.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/event/time_of_change.h"
@@ -44,6 +45,7 @@ void MotionEvents::refuse(const Mechanism& mechanism, const std::string& what) {
 MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
   const Mechanism& mech = assembly.mechanism();
   const std::vector<int> parts = coordinate_parts(mech);
+  const std::map<const Constraint*, int> rows = first_rows(mech);
   for (std::size_t f = 0; f < mech.forces().size(); ++f) {
     const Force& force = *mech.forces()[f];
     const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
@@ -51,8 +53,7 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
     int contact = -1, first_row = -1;
     if (const auto* unilateral = dynamic_cast<const UnilateralForce*>(&force)) {
       contact = static_cast<int>(contacts_.size());
-      for (std::size_t i = 0; i < mech.constraints().size(); ++i)
-        if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
+      if (const auto own = rows.find(unilateral->rows()); own != rows.end()) first_row = own->second;
       const int state = unilateral->closed_state();
       const int sliding = unilateral->sliding_state(), first = mech.state_offsets()[f];
       contacts_.push_back({&force, unilateral, state < 0 ? -1 : first + state, sliding < 0 ? -1 : first + sliding,

@@ -125,9 +125,8 @@ void tell_of_idle(const IdleContactWatch& watch) {
   if (!watch.first()) return;
   notice(fmt::format(
       "{} is closed from t = {:.6g} s to {:.6g} s and bears nothing: what pushes away from it opens it, and what "
-      "pushes "
-      "towards it does not move, so that psi may have another slope on either side. Derivatives are those of a contact "
-      "that holds; the method 'differences' tells both.",
+      "pushes towards it does not move, so that psi may have another slope on either side. Derivatives are those of a "
+      "contact that holds; the method 'differences' tells both.",
       watch.first()->contact, watch.first()->from, watch.first()->to));
 }
 

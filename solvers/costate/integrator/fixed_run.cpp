@@ -89,11 +89,7 @@ void FixedRun::begin(const Follower& follower) {
   if (end_search_) end_search_->begin(start, scheme_->assembly());
   touches_->step(start);
   watch_->begin(start.t, start.q, start.v);
-  if (!grazing_.empty()) grazing_.look(start, scheme_->assembly());
-  if (!offsets_.empty()) offsets_.look(start, scheme_->assembly());
-  if (idle_.asks(start.z) && start.lambda) idle_.look(start, scheme_->assembly());
-  if (!formulas_.empty()) formulas_.look(start, scheme_->assembly());
-  if (!own_jumps_.empty()) own_jumps_.look(start, scheme_->assembly());
+  look_besides(start);
   if (follower.step) follower.step(0, nullptr);
   node(follower);
 }
@@ -101,11 +97,15 @@ void FixedRun::begin(const Follower& follower) {
 void FixedRun::look(const StateView& here) {
   touches_->step(here);
   watch_->step(here.t, here.q, here.v);
-  if (!grazing_.empty()) grazing_.look(here, scheme_->assembly());
-  if (!offsets_.empty()) offsets_.look(here, scheme_->assembly());
-  if (idle_.asks(here.z) && here.lambda) idle_.look(here, scheme_->assembly());
-  if (!formulas_.empty()) formulas_.look(here, scheme_->assembly());
-  if (!own_jumps_.empty()) own_jumps_.look(here, scheme_->assembly());
+  look_besides(here);
+}
+
+void FixedRun::look_besides(const StateView& s) {
+  if (!grazing_.empty()) grazing_.look(s, scheme_->assembly());
+  if (!offsets_.empty()) offsets_.look(s, scheme_->assembly());
+  if (idle_.asks(s.z) && s.lambda) idle_.look(s, scheme_->assembly());
+  if (!formulas_.empty()) formulas_.look(s, scheme_->assembly());
+  if (!own_jumps_.empty()) own_jumps_.look(s, scheme_->assembly());
 }
 
 void FixedRun::node(const Follower& follower) {
@@ -221,7 +221,7 @@ void FixedRun::conclude(Simulation& result) const {
   result.events = events_;
   result.end = end_;
   for (const auto& text : watch_->warnings()) notice(text);
-  if (const double drift = watch_->told_drift(); drift > 0) widen_by_part(result, drift);
+  if (const double drift = watch_->told_drift(); drift > 0) widen_error(result, drift * result.psi);
   if (const double part = tell_of_offset(offsets_, problem_.solver.rtol); part > 0) widen_by_what_stays(result, part);
   tell_of_own_jumps(own_jumps_);
   tell_of_grazing(grazing_, scheme_->motion_events(), problem_.solver.rtol);
@@ -238,8 +238,7 @@ void FixedRun::conclude(GradientResult& result) const {
   tell_of_start(problem_, result);
   tell_of_idle(idle_);
   tell_of_coincident(problem_, scheme_->assembly().numbers(), result.events);
-  for (const double part : {watch_->told_drift(), what_stays(result)})
-    if (part > 0) widen_by_part(result, problem_.parameters, part);
+  widen_by_drift(result, problem_.parameters, watch_->told_drift());
   require_finite(problem_, result);
 }
 

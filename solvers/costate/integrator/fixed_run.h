@@ -111,6 +111,8 @@ class FixedRun {
   void begin(const Follower& follower);
   void accept(const Follower& follower);
   void look(const StateView& here);
+  /// What is watched beside the motion itself.
+  void look_besides(const StateView& s);
   void node(const Follower& follower);
   void weigh(const Follower& follower, double weight);
   double cross_back(const StepCut& cut, double by_beginning, DiscreteAdjoint& adjoint);

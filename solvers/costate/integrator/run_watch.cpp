@@ -89,9 +89,9 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
 }
 
 void RunWatch::look_at_contacts(double t, const double* y) {
-  if (grazing_.empty() && offsets_.empty()) return;
+  if (grazing_.empty()) return;  // without a touch there is no contact
   const MechanismState s = system_.look_state(t, y);
-  if (!grazing_.empty()) grazing_.look(s, system_.assembly());
+  grazing_.look(s, system_.assembly());
   if (!offsets_.empty()) offsets_.look(s, system_.assembly());
   if (idle_.asks(s.z)) idle_.look(solved_state(system_, t, y), system_.assembly());
 }
@@ -130,7 +130,7 @@ double gradient_unseen(const std::vector<RunEvent>& events) {
 void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   tell_of_motion();
-  if (const double drift = watch_.told_drift(); drift > 0) widen_by_part(result, drift);
+  if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
   const double left =
       kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() * cost_size(problem_);
   if (!problem_.objective.running.empty() && result.counters.steps > kManySteps &&
@@ -182,8 +182,7 @@ void RunWatch::conclude(GradientResult& result) const {
   tell_of_coincident(problem_, system_.assembly().numbers(), result.events);
   if (const double unseen = gradient_unseen(result.events); unseen > 0)
     widen_error(result, problem_.parameters, 0, unseen);
-  for (const double part : {watch_.told_drift(), what_stays(result)})
-    if (part > 0) widen_by_part(result, problem_.parameters, part);
+  widen_by_drift(result, problem_.parameters, watch_.told_drift());
   require_finite(problem_, result);
 }
 

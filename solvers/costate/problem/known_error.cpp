@@ -26,18 +26,18 @@ void widen_error(GradientResult& result, const ParameterSelection& parameters, d
   widen_error(result, psi, gradient);
 }
 
-void widen_by_part(Simulation& result, double part) { widen_error(result, part * result.psi); }
-
-void widen_by_part(GradientResult& result, const ParameterSelection& parameters, double part) {
-  widen_error(result, parameters, part * result.psi, part * gradient_size(parameters, result.psi, result.gradient));
-}
-
 void widen_by_what_stays(Simulation& result, double part) {
-  widen_by_part(result, part);
+  widen_error(result, part * result.psi);
   result.known_error->stays = std::max(result.known_error->stays, part);
 }
 
 double what_stays(const Simulation& result) { return result.known_error ? result.known_error->stays : 0; }
+
+void widen_by_drift(GradientResult& result, const ParameterSelection& parameters, double drift) {
+  const double size = gradient_size(parameters, result.psi, result.gradient);
+  for (const double part : {drift, what_stays(result)})
+    if (part > 0) widen_error(result, parameters, part * result.psi, part * size);
+}
 
 std::vector<double> pooled_changes(const ParameterSelection& parameters, const std::vector<double>& a,
                                    const std::vector<double>& b) {

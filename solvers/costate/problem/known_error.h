@@ -13,13 +13,12 @@ void widen_error(Simulation& result, double psi);
 void widen_error(GradientResult& result, const ParameterSelection& parameters, double psi, double scaled);
 void widen_error(GradientResult& result, double psi, const std::vector<double>& gradient);
 
-/// By that part of psi, and of the gradient's size in each parameter's scale.
-void widen_by_part(Simulation& result, double part);
-void widen_by_part(GradientResult& result, const ParameterSelection& parameters, double part);
-/// The same by what no tolerance takes away.
+/// By that part of psi, which no tolerance takes away.
 void widen_by_what_stays(Simulation& result, double part);
 /// KnownError::stays, or 0.
 double what_stays(const Simulation& result);
+/// A gradient by the drift that its run told of, and by what stays of it.
+void widen_by_drift(GradientResult& result, const ParameterSelection& parameters, double drift);
 
 /// |a_j - b_j| of two gradients as what either may be off by. Of a few entries one or the other changes little by
 /// chance: none is less, in its parameter's scale, than a tenth of the largest.

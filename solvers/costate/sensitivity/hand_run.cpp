@@ -326,9 +326,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
   const double left = largest_scaled(problem.parameters, r.gradient_error),
                size = gradient_size(problem.parameters, r.psi, r.gradient);
-  for (const double part : {motion.told_drift, motion.stays})
-    if (part > 0) widen_by_part(r, problem.parameters, part);
   if (motion.stays > 0) widen_by_what_stays(r, motion.stays);
+  widen_by_drift(r, problem.parameters, motion.told_drift);
   if (const double unseen = cost_unseen(motion.events); unseen > 0)
     widen_error(r, problem.parameters, unseen, gradient_unseen(motion.events));
   if (left > kSaidOfHalving * problem.solver.rtol * size) {

@@ -9,9 +9,23 @@ configure_package_config_file(
   INSTALL_DESTINATION "${COSTATE_INSTALL_CMAKEDIR}"
   PATH_VARS COSTATE_INSTALL_MODELSDIR)
 
-# Until 1.0 the interface may change with the minor version.
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/costateConfigVersion.cmake"
-                                 COMPATIBILITY SameMinorVersion)
+configure_file(cmake/costateConfigVersion.cmake.in "${PROJECT_BINARY_DIR}/costateConfigVersion.cmake" @ONLY)
+
+# The same for what is built without CMake: pkg-config --cflags --libs costate.
+file(RELATIVE_PATH costate_pc_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+set(costate_pc_cflags "")
+foreach(directory "${HDF5Serial_INCLUDE_DIR}" "${SUNDIALS_INCLUDE_DIR}")
+  if(NOT directory IN_LIST CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES)
+    string(APPEND costate_pc_cflags " -isystem ${directory}")
+  endif()
+endforeach()
+if(COSTATE_NATIVE)
+  string(APPEND costate_pc_cflags " -march=native")
+endif()
+string(JOIN " " costate_pc_libs "${SUNDIALS_idas_LIBRARY}" "${SUNDIALS_cvodes_LIBRARY}"
+       "${SUNDIALS_nvecserial_LIBRARY}" "${SUNDIALS_generic_LIBRARY}" "${HDF5Serial_LIBRARY}")
+configure_file(cmake/costate.pc.in "${PROJECT_BINARY_DIR}/costate.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/costate.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 
 install(FILES "${PROJECT_BINARY_DIR}/costateConfig.cmake"
               "${PROJECT_BINARY_DIR}/costateConfigVersion.cmake"

@@ -29,6 +29,9 @@ endif()
 
 # What a user does with an installation below `prefix`: find_package, the tool, its manual page and completions, a model.
 function(try prefix name)
+  file(GLOB pc "${prefix}/lib*/pkgconfig/costate.pc" "${prefix}/lib/*/pkgconfig/costate.pc")
+  get_filename_component(pc_directory "${pc}" DIRECTORY)
+  set(ENV{PKG_CONFIG_PATH} "${pc_directory}")
   run("${CMAKE_COMMAND}" -S "${SOURCE_DIR}" -B "${WORK_DIR}/build_${name}" -G "${GENERATOR}"
       "-DCMAKE_BUILD_TYPE=${CONFIG}" "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${CXX_COMPILER}"
       "-DCMAKE_CXX_COMPILER_LAUNCHER=${launcher}")

@@ -85,7 +85,9 @@ class Check {
       std::vector<CheckRow> done;
       for (std::size_t i = 0; i < rows_.size(); ++i)
         if (ended[i]) done.push_back(std::move(rows_[i]));
-      interrupted_ = fmt::format("{} {} of {} rows had been run; they stand.", e.what(), done.size(), rows_.size());
+      const bool all = done.size() == rows_.size() && !options_.no_motions;
+      interrupted_ = fmt::format("{}: {} of {} rows had been run{}; they stand.", e.what(), done.size(), rows_.size(),
+                                 all ? fmt::format(", and {} motions compared", motions_.size()) : "");
       rows_ = std::move(done);
     }
     progress_.finish();

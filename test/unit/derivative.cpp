@@ -46,6 +46,54 @@ std::vector<Elementary> elementary_functions() {
   add(
       "pow 2.5", x, [](const auto& y) { return pow(y, 2.5); }, std::pow(x, 2.5), 2.5 * std::pow(x, 1.5),
       3.75 * std::pow(x, 0.5), 1.875 * std::pow(x, -0.5));
+  add(
+      "abs", -x, [](const auto& y) { return abs(y); }, x, -1, 0, 0);
+  add(
+      "fabs", x, [](const auto& y) { return fabs(y); }, x, 1, 0, 0);
+  const double tan_x = std::tan(x), d = 1 + tan_x * tan_x;
+  add(
+      "tan", x, [](const auto& y) { return tan(y); }, tan_x, d, 2 * tan_x * d, 2 * d * d + 4 * tan_x * tan_x * d);
+  const double s = 1 / std::sqrt(1 - x * x), s3 = s * s * s, third = s3 + 3 * x * x * s3 * s * s;
+  add(
+      "asin", x, [](const auto& y) { return asin(y); }, std::asin(x), s, x * s3, third);
+  add(
+      "acos", x, [](const auto& y) { return acos(y); }, std::acos(x), -s, -x * s3, -third);
+  add(
+      "sinh", x, [](const auto& y) { return sinh(y); }, std::sinh(x), std::cosh(x), std::sinh(x), std::cosh(x));
+  add(
+      "cosh", x, [](const auto& y) { return cosh(y); }, std::cosh(x), std::sinh(x), std::cosh(x), std::sinh(x));
+  const double l = 1 / (1 + x), e2 = std::log(2.0), e10 = std::log(10.0);
+  add(
+      "log1p", x, [](const auto& y) { return log1p(y); }, std::log1p(x), l, -l * l, 2 * l * l * l);
+  add(
+      "expm1", x, [](const auto& y) { return expm1(y); }, std::expm1(x), e, e, e);
+  add(
+      "cbrt", -x, [](const auto& y) { return cbrt(y); }, -std::cbrt(x), std::pow(x, -2.0 / 3) / 3,
+      2 * std::pow(x, -5.0 / 3) / 9, 10 * std::pow(x, -8.0 / 3) / 27);
+  add(
+      "log10", x, [](const auto& y) { return log10(y); }, std::log10(x), 1 / (x * e10), -1 / (x * x * e10),
+      2 / (x * x * x * e10));
+  add(
+      "log2", x, [](const auto& y) { return log2(y); }, std::log2(x), 1 / (x * e2), -1 / (x * x * e2),
+      2 / (x * x * x * e2));
+  // Of two arguments, each of them the one that varies, or both.
+  const double r2 = x * x + 4, h = std::sqrt(r2);
+  add(
+      "hypot", x, [](const auto& y) { return hypot(y, 2.0); }, h, x / h, 4 / (h * r2), -12 * x / (h * r2 * r2));
+  add(
+      "atan2 of y", x, [](const auto& y) { return atan2(y, -2.0); }, std::atan2(x, -2.0), -2 / r2, 4 * x / (r2 * r2),
+      4 / (r2 * r2) - 16 * x * x / (r2 * r2 * r2));
+  add(
+      "atan2 of x", x, [](const auto& y) { return atan2(2.0, y); }, std::atan2(2.0, x), -2 / r2, 4 * x / (r2 * r2),
+      4 / (r2 * r2) - 16 * x * x / (r2 * r2 * r2));
+  // f = x^(x x) has f' = f g with g = x (2 log x + 1), f'' = f (g g + g'), and so on.
+  const double x2 = x * x, f = std::pow(x, x2), g = x * (2 * std::log(x) + 1), g1 = 2 * std::log(x) + 3;
+  add(
+      "pow of both", x, [](const auto& y) { return pow(y, y * y); }, f, f * g, f * (g * g + g1),
+      f * (g * g * g + 3 * g * g1 + 2 / x));
+  const double p2 = std::pow(2, x);
+  add(
+      "pow of a number", x, [](const auto& y) { return pow(2.0, y); }, p2, e2 * p2, e2 * e2 * p2, e2 * e2 * e2 * p2);
   return r;
 }
 
@@ -81,6 +129,21 @@ TEST_CASE("dual numbers: elementary functions", "[derivative]") {
     check_equal(q.d[0], f.f1 * a, f.f2 * a * u + f.f1 * b,
                 f.f3 * a * u * u + 2 * f.f2 * u * b + f.f2 * a * w + f.f1 * c);
   }
+}
+
+TEST_CASE("dual numbers: whole powers at zero", "[derivative]") {
+  // Where x^n ends, no power of 0 below it is asked for, which is infinite.
+  PathDual x(Taylor2(0, 3, 5));
+  x.d[0] = Taylor2(7, 11, 13);
+  const auto check = [&](const PathDual& y, const PathDual& product) {
+    check_equal(y.v, product.v.c0, product.v.c1, product.v.c2);
+    check_equal(y.d[0], product.d[0].c0, product.d[0].c1, product.d[0].c2);
+  };
+  check(pow(x, 0), 1.0);
+  check(pow(x, 1), x);
+  check(pow(x, 2), x * x);
+  check(pow(x, 3), x * x * x);
+  check(pow(x, PathDual(2.0)), x * x);
 }
 
 TEST_CASE("dual numbers: arithmetic", "[derivative]") {

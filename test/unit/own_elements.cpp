@@ -7,10 +7,13 @@
 
 #include "costate/base/error.h"
 #include "costate/element/element.h"
+#include "costate/element/law/scalar_law.h"
+#include "costate/formulation/formulation.h"
 #include "costate/integrator/simulate.h"
 #include "costate/kind/body/mass.h"
 #include "costate/kind/body/point.h"
 #include "costate/mechanism/builder.h"
+#include "costate/objective/objective.h"
 #include "costate/sensitivity/method.h"
 
 using namespace costate;
@@ -250,6 +253,8 @@ TEST_CASE("own elements: what the mechanism does not have") {
   CHECK_THROWS_WITH(s.builder.add(std::make_unique<Pull>(Ints{s.x}, Ints{999})), Contains("number of index 999"));
   CHECK_THROWS_WITH(s.builder.add(std::make_unique<Pull>(Ints{s.x}, Ints{s.k}, 7)), Contains("its number 7"));
   CHECK_THROWS_WITH(s.builder.add(std::unique_ptr<Force>()), Contains("null"));
+  CHECK_THROWS_WITH(s.builder.add_coordinate("y", "m", 0, 999), Contains("'y' starts with the number 999"));
+  CHECK_THROWS_WITH(s.builder.add_coordinate("y", "m", -1, 0), Contains("'y' starts with the number -1"));
   CHECK_THROWS_WITH(s.builder.add_parameter({"p", {{999, 1.0}}}), Contains("no number of index 999"));
   CHECK_THROWS_WITH(s.builder.add_parameter({"p", {{s.k, 1.0}, {s.k, 1.0}}}), Contains("'k' is listed twice"));
   CHECK_THROWS_WITH(s.builder.add_parameter({"p", {{s.k, 1.0}}, 20}), Contains("found 20"));
@@ -257,6 +262,13 @@ TEST_CASE("own elements: what the mechanism does not have") {
   s.builder.build();
   CHECK_THROWS_WITH(s.builder.build(), Contains("builder is done"));
   CHECK_THROWS_WITH(s.builder.add_number("j", 1), Contains("builder is done"));
+}
+
+TEST_CASE("own elements: two of one name") {
+  OwnScene s;
+  const auto pull = [&] { return std::make_unique<Pull>(std::vector<int>{s.x}, std::vector<int>{s.k}); };
+  CHECK_NOTHROW(s.builder.add(pull()));
+  CHECK_THROWS_WITH(s.builder.add(pull()), Contains("pull.own") && Contains("a force of this name already"));
 }
 
 TEST_CASE("own elements: derivatives by hand are those of the element's own physics, or told with their entry") {
@@ -341,4 +353,53 @@ TEST_CASE("own problems: options that cannot be") {
   wrong([&](Problem& p) { p.solver.checkpoint_steps = -3; }, "checkpoint_steps");
   wrong([&](Problem& p) { p.objective.running.push_back(nullptr); }, "null");
   wrong([&](Problem& p) { p.mechanism.reset(); }, "no mechanism");
+  wrong([&](Problem& p) { p.solver.cvodes_method = "foo"; }, "\"adams\" or \"bdf\"");
+  using Target = OutputTerm::Target;
+  const auto cost = [](const Mechanism& m, const char* name, int weight, Target target) {
+    return std::make_shared<OutputTerm>(make_output(m, name), 1, weight, std::move(target));
+  };
+  wrong([&](Problem& p) { p.objective.running.push_back(cost(*p.mechanism, "P.x", 999, {})); }, "the number 999");
+  wrong(
+      [&](Problem& p) {
+        Target law{std::make_shared<PolynomialLaw>(1), {-7}, nullptr};
+        p.objective.running.push_back(cost(*p.mechanism, "P.x", -1, law));
+      },
+      "the number -7");
+  // Of a mechanism with another point in front, whose x is the one's y: indices that are there, and mean another thing.
+  MechanismBuilder other;
+  add_free_point(other, "Q", {1, 0, 0, 0});
+  add_free_point(other, "P", {1, 0, 0, 0});
+  add_mass(other, "m", "P", 2);
+  add_mass(other, "n", "Q", 2);
+  const auto theirs = other.build();
+  wrong([&](Problem& p) { p.objective.terminal.push_back(cost(*theirs, "Q.y", -1, {})); },
+        "'Q.y' was made for another mechanism");
+  wrong(
+      [&](Problem& p) {
+        Target output{nullptr, {}, make_output(*theirs, "Q.x")};
+        p.objective.terminal.push_back(cost(*p.mechanism, "P.x", -1, output));
+      },
+      "'Q.x' was made for another mechanism");
+  // Another one that is the same is as good.
+  OwnScene again;
+  again.builder.add(std::make_unique<Pull>(std::vector<int>{again.x}, std::vector<int>{again.k}));
+  Problem same = good;
+  same.objective.terminal.push_back(cost(*again.builder.build(), "P.x", -1, {}));
+  CHECK_NOTHROW(simulate(same, {10.0}));
+}
+
+TEST_CASE("own problems: costs that cannot be") {
+  OwnScene s;
+  const auto mechanism = s.builder.build();
+  std::shared_ptr<const Output> x = make_output(*mechanism, "P.x");
+  CHECK_THROWS_WITH(OutputTerm(nullptr, 1, -1, {}), Contains("no output"));
+  CHECK_THROWS_WITH(OutputTerm(x, 3, -1, {}), Contains("the power 3"));
+  CHECK_THROWS_WITH(OutputTerm(x, 1, -1, OutputTerm::Target{std::make_shared<PolynomialLaw>(2), {0}, nullptr}),
+                    Contains("a law of 2 numbers, and 1 are given"));
+}
+
+TEST_CASE("own formulations: a name that there is") {
+  Formulation f;
+  f.name = "index1";
+  CHECK_THROWS_WITH(RegisterFormulation(f), Contains("'index1' already"));
 }

@@ -1,5 +1,6 @@
 // A command of one's own: costate freedom SCENE says how many degrees of freedom a mechanism has at its start, and
-// which constraint rows are redundant there. Help, man page and completions know it from here.
+// which constraint rows are redundant there. Help, man page and completions know it from here. It is built with the
+// tool, in the source tree: an installation has the library's headers, not the tool's.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

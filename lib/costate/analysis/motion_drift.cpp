@@ -30,6 +30,16 @@ void MotionWatch::look_at_drift(double t, const double* v) {
   if (worst_position_.relative > drift_error_) torn(worst_position_);
 }
 
+namespace {
+/// Those that hold their constraints, but for the one that does not here.
+std::string that_hold(const std::string& running) {
+  std::string all;
+  for (const char* name : {"baumgarte", "index2", "maggi"})
+    if (running != name) all += fmt::format("{}{}", all.empty() ? "" : " or ", name);
+  return all;
+}
+}  // namespace
+
 void MotionWatch::torn(const Drift& d) const {
   throw SolverError(fmt::format(
       "The constraints no longer hold at t = {:.9g} s: row '{}' is off by {}, {:.2g} % of its own length, by "
@@ -39,7 +49,8 @@ void MotionWatch::torn(const Drift& d) const {
       100 * drift_error_,
       settings_.weighted
           ? "The mechanism locks there, or its weights are too small: see the same run by baumgarte or maggi."
-          : "Take a smaller rtol, or a formulation that holds its constraints: baumgarte, index2 or maggi."));
+          : "Take a smaller rtol, or a formulation that holds its constraints: " + that_hold(settings_.formulation) +
+                "."));
 }
 
 std::optional<std::string> MotionWatch::without_derivative() const {
@@ -90,10 +101,10 @@ std::vector<std::string> MotionWatch::warnings() const {
     out.push_back(
         fmt::format("The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where "
                     "rtol is {:g}; psi and its gradient "
-                    "are no better than that. Formulations baumgarte, index2 and maggi hold them (of redundant "
-                    "rows maggi and augmented-lagrangian).",
+                    "are no better than that. Take a smaller rtol, or a formulation that holds them: {} (of redundant "
+                    "rows maggi or augmented-lagrangian).",
                     rows_[worst_position_.row], with_unit(worst_position_.row, worst_position_.length),
-                    worst_position_.t, worst_position_.relative, settings_.rtol));
+                    worst_position_.t, worst_position_.relative, settings_.rtol, that_hold(settings_.formulation)));
   return out;
 }
 

@@ -119,7 +119,7 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
         fmt::format("The start has '{}' at a rate of {:.6g} {}/s, not {:.6g} as the scene has it: the given velocities "
                     "determine it. "
                     "Name it in given_velocities of [start] in the place of another one, or leave its rate out.",
-                    c.name, start.v[i], c.unit, written));
+                    c.name, start.v[i] + 0.0, c.unit, written));  // no -0
   }
   return remarks;
 }

@@ -70,9 +70,11 @@ inline Taylor2 atan(const Taylor2& x) {
   const double d = 1 / (1 + x.c0 * x.c0);
   return compose(x, std::atan(x.c0), d, -2 * x.c0 * d * d);
 }
+/// factor x^n, zero where the factor is, whatever x^n may be: a derivative of x, x^2, ... at 0.
+inline double power_term(double factor, double x, double n) { return factor == 0 ? 0 : factor * std::pow(x, n); }
 /// x to a constant real power.
 inline Taylor2 pow(const Taylor2& x, double n) {
-  return compose(x, std::pow(x.c0, n), n * std::pow(x.c0, n - 1), n * (n - 1) * std::pow(x.c0, n - 2));
+  return compose(x, std::pow(x.c0, n), power_term(n, x.c0, n - 1), power_term(n * (n - 1), x.c0, n - 2));
 }
 
 /// A value with N first derivatives; T is double or another differentiating type (nesting gives mixed ones).
@@ -186,7 +188,7 @@ Dual<N, T> atan(const Dual<N, T>& x) {
 template <int N, class T>
 Dual<N, T> pow(const Dual<N, T>& x, double n) {
   using std::pow;
-  return chain(x, T(pow(x.v, n)), T(n) * T(pow(x.v, n - 1)));
+  return chain(x, T(pow(x.v, n)), n == 0 ? T(0.0) : T(n) * T(pow(x.v, n - 1)));
 }
 
 /// The scalar that every element's physics is also compiled for: one partial derivative of a path's
@@ -197,3 +199,5 @@ using PathDual = Dual<1, Taylor2>;
 using DirectedPathDual = Dual<1, PathDual>;
 
 }  // namespace costate
+
+#include "costate/derivative/dual_functions.h"

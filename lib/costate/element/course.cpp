@@ -34,7 +34,8 @@ struct Sample {
 /// Halves the length between two places until the law is near a cubic on each part.
 class Cells {
  public:
-  Cells(const ScalarLaw& law, const double* p, const LawPlaces& places) : law_(law), p_(p), places_(places) {}
+  using Function = std::function<double(double)>;
+  Cells(const Function& f, const LawPlaces& places) : f_(f), places_(places) {}
 
   template <class Emit>
   void find(const Emit& emit) {
@@ -81,7 +82,7 @@ class Cells {
   /// Zero where the law says nothing: what is looked at goes farther than the motion.
   double value(double x) const {
     try {
-      const double f = law_.value(x, p_);
+      const double f = f_(x);
       return std::isfinite(f) ? f : 0;
     } catch (const StepError&) {
       return 0;
@@ -135,8 +136,7 @@ class Cells {
     refine(a + h / 2, b, depth + 1, emit);
   }
 
-  const ScalarLaw& law_;
-  const double* p_;
+  const Function& f_;
   const LawPlaces& places_;
   std::vector<Sample> samples_;
   double range_ = 0, floor_ = 0, smallest_ = 0;
@@ -189,7 +189,25 @@ void Course::add(const ScalarLaw& f, const double* p, double shift, double rate)
     if (w.length > 0) add_here(w.from, w.to, w.length / kStepsInWave);
   for (const double at : places.sharp) sharp_.push_back(shift + at / rate);
   if (!places.search && places.sharp.empty() && places.knots.empty()) return;
-  Cells(f, p, places).find([&](double a, double b) { add_here(a, b, (b - a) / kStepsInCell); });
+  Cells([&](double x) { return f.value(x, p); }, places).find([&](double a, double b) {
+    add_here(a, b, (b - a) / kStepsInCell);
+  });
+}
+
+void Course::search(const std::function<double(double)>& f) {
+  LawPlaces places;
+  places.from = from_;
+  places.to = to_;
+  places.search = true;
+  // What changes within the shortest cells jumps, which no step is short enough to meet; what it is between two jumps
+  // is to be met.
+  const double shortest = 2 * kSmallest * (to_ - from_);
+  double last = std::numeric_limits<double>::quiet_NaN();
+  Cells(f, places).find([&](double a, double b) {
+    if (b - a > shortest) return add_look(a, b, (b - a) / kStepsInCell);
+    if (b - last > 2 * shortest) add_look(last, b, (b - last) / kStepsInCell);
+    last = b;
+  });
 }
 
 void Course::add_look(double from, double to, double step) {

@@ -56,6 +56,8 @@ class Course {
   void begin_owner(const std::string& name);
   /// The law f(rate (x - shift)) with its numbers p.
   void add(const ScalarLaw& f, const double* p, double shift = 0, double rate = 1);
+  /// Something else that depends on x, and may jump, without places of its own.
+  void search(const std::function<double(double)>& f);
   /// Something smooth between two places, to be met by steps of this length at most.
   void add_look(double from, double to, double step);
   /// To be called when all is added.

@@ -161,7 +161,9 @@ struct ForcePartials {
   LocalMatrix& f_z;  // nz x nz
 };
 
-/// A generalized force Q(t, q, v, z, p), possibly with states of its own, zdot = f(t, q, v, z, p).
+/// A generalized force Q(t, q, v, z, p), possibly with states of its own, zdot = f(t, q, v, z, p). What it does by time
+/// is searched for at the start of each run, so that no step passes over a pulse of more than 1e-4 of it; a
+/// CourseElement (element/course.h) tells its places itself, and what jumps is a guarded_force.h.
 class Force : public Element {
  public:
   using Element::Element;

@@ -46,6 +46,9 @@ RegisterFormulation::RegisterFormulation(Formulation f) {
   for (const auto& o : f.options) add_formulation_option(o);
   if (auto form = waiting().extract(f.name)) add(std::move(form.mapped()), f);
   auto& t = table();
+  for (const auto& other : t)
+    if (other.name == f.name)
+      throw Error(fmt::format("There is a formulation '{}' already: register yours by another name.", f.name));
   t.insert(std::upper_bound(t.begin(), t.end(), f, [](const auto& a, const auto& b) { return a.name < b.name; }),
            std::move(f));
 }

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/element/gap_element.h"
+#include "costate/element/law/hidden_jumps.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/element/path_function.h"
 
@@ -170,7 +171,7 @@ class AtRest {
   std::vector<double> p_, zero_;
 };
 
-/// The largest of entries begin ... end of value(t) along the run and on both sides of the places.
+/// The largest of entries begin ... end of value(t) along the run, on both sides of the places and between them.
 template <class Value>
 double largest(const Value& value, std::size_t begin, std::size_t end, const std::vector<double>& places,
                double t_start, double t_end) {
@@ -181,9 +182,12 @@ double largest(const Value& value, std::size_t begin, std::size_t end, const std
     for (std::size_t i = begin; i < end; ++i) size = std::max(size, std::abs(x[i]));
   };
   for (int k = 0; k <= samples; ++k) look(t_start + (t_end - t_start) * k / samples);
+  double last = t_start;
   for (const double t : places) {
+    for (const double part : {0.3, 0.5, 0.7}) look(last + part * (t - last));
     look(before(t));
     look(t);
+    last = t;
   }
   return size;
 }
@@ -210,6 +214,31 @@ std::vector<double> places_of(const Constraint& c, const std::vector<double>& p,
   places.erase(std::unique(places.begin(), places.end()), places.end());
   if (places.size() > kMostPieces) places.resize(kMostPieces);
   return places;
+}
+
+/// Throws where a law of the driver has a jump or a kink that it does not tell of.
+void refuse_hidden(const Constraint& c, const std::vector<double>& p, double t_start, double t_end) {
+  const auto* element = dynamic_cast<const CourseElement*>(&c);
+  if (!element) return;
+  Course laws([&](const ScalarLaw& law, const double* numbers, double shift, double rate) {
+    const double a = rate * (t_start - shift), b = rate * (t_end - shift);
+    std::vector<double> declared;
+    law.add_kinks(numbers, declared);
+    for (const JumpOf of : {JumpOf::value, JumpOf::slope})
+      for (const HiddenJump& j : hidden_jumps(law, numbers, std::min(a, b), std::max(a, b), of)) {
+        const auto is_there = [&](double x) { return std::abs(x - j.x) <= 1e-12 * std::abs(x); };
+        if (std::any_of(declared.begin(), declared.end(), is_there)) continue;
+        throw CapabilityError(fmt::format(
+            "The law of '{}' has a {} at t = {:.9g} s, its {} from {:.6g} to {:.6g}, that its formula does not show: "
+            "what "
+            "is driven {}, of which the equations of accelerations know nothing. Write it as a law of the kind "
+            "'piecewise' (joins = \"value\" for a kink), whose places are known, or smooth.",
+            c.path(), of == JumpOf::value ? "jump" : "kink", shift + j.x / rate,
+            of == JumpOf::value ? "value" : "slope", j.left, j.right,
+            of == JumpOf::value ? "cannot jump" : "is given a blow there"));
+      }
+  });
+  element->add_course(p.data(), laws);
 }
 
 }  // namespace
@@ -278,6 +307,7 @@ void require_joined_drivers(const Mechanism& mechanism, const std::vector<double
   for (const auto& c : mechanism.constraints()) {
     if (!c->rheonomic()) continue;
     const AtRest rest(*c, numbers);
+    refuse_hidden(*c, rest.numbers(), t_start, t_end);
     const std::vector<double> places = places_of(*c, rest.numbers(), t_start, t_end);
     if (places.empty()) continue;
     const double allowed = kDriverJoin * largest([&](double t) { return rest.phi(t); }, 0,

@@ -7,6 +7,7 @@
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
+#include "costate/formulation/own_courses.h"
 
 namespace costate {
 
@@ -56,21 +57,25 @@ void StepPlan::read(const Assembly& assembly, const Objective& objective, const 
   const double t_start = time_.from(), span = time_.to() - t_start;
   bool known = false;
   StateView s;
+  const auto first_state = [&]() -> const StateView& {
+    if (!known) s = start();
+    known = true;
+    return s;
+  };
   for_each_element(assembly.mechanism(), [&](const Element& e) {
     const auto* of = dynamic_cast<const CourseElement*>(&e);
     std::vector<double> p;
     for (const int n : e.numbers()) p.push_back(all[static_cast<std::size_t>(n)]);
     time_.begin_owner(e.kind() + " '" + e.name() + "'");
     if (!of) {
-      for (const ElementCourse& add : element_courses())
-        if (add(e, p.data(), time_)) break;
+      bool told = false;
+      for (const ElementCourse& add : element_courses()) told = told || add(e, p.data(), time_);
+      if (!told && may_have_own_course(e)) add_own_course(e, assembly, first_state(), time_);
       return;
     }
     of->add_course(p.data(), time_);
     for (int i = 0; i < of->tracks(); ++i) {
-      if (!known) s = start();
-      known = true;
-      const CourseElement::Place at = place_on(e, *of, i, p, t_start, s);
+      const CourseElement::Place at = place_on(e, *of, i, p, t_start, first_state());
       // Whatever the motion may reach: what is declared is known beyond it, too, what has to be searched is not.
       const double reach = 10 + 2 * std::max(1.0, std::abs(at.speed)) * span;
       Course course(at.at - reach, at.at + reach);
@@ -84,6 +89,8 @@ void StepPlan::read(const Assembly& assembly, const Objective& objective, const 
     for (const auto& term : *terms) {
       time_.begin_owner("a cost");
       add_cost_course(*term, all, time_);
+      if (terms == &objective.running && may_have_own_course(*term))
+        add_own_course(*term, assembly, first_state(), time_);
     }
   time_.finish();
 }

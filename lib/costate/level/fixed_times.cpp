@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "costate/base/error.h"
+#include "costate/element/law/hidden_jumps.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/level/time_laws.h"
 #include "costate/objective/sampled_cost.h"
@@ -80,14 +81,25 @@ std::vector<Times> bent_times(const Mechanism& mechanism) {
   return all;
 }
 
-/// Those, and of forces and costs whose laws of time jump.
+/// A law of time's jumps that it knows of, and within the run those that it does not.
+void add_jumps(const ScalarLaw& law, const double* p, double t_start, double t_end, std::vector<double>& times) {
+  add_value_jumps(law, p, times);
+  for (const HiddenJump& j : hidden_jumps(law, p, t_start, t_end, JumpOf::value))
+    if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(t - j.x) <= 1e-12 * std::abs(t); }))
+      times.push_back(j.x);
+}
+
+/// Those, and of forces and costs whose laws of time jump; what laws do not know of is looked for between the two
+/// times.
 std::vector<Times> all_times(const Mechanism& mechanism, const Objective& objective,
-                             const ParameterSelection& parameters) {
+                             const ParameterSelection& parameters, double t_start, double t_end) {
   std::vector<Times> all = driven_times(mechanism);
   for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
     const ScalarLaw* law = of.law;
     all.push_back({of.numbers, of.kind, of.name,
-                   [law](const double* p, std::vector<double>& times) { add_value_jumps(*law, p, times); },
+                   [law, t_start, t_end](const double* p, std::vector<double>& times) {
+                     add_jumps(*law, p, t_start, t_end, times);
+                   },
                    [law](double t, const double* p, double* by) { law->add_place_slopes(t, p, by); }, "jump", "value"});
   }
   return all;
@@ -259,7 +271,7 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Obj
                                            bool with_bends) {
   std::vector<MovingInstant> instants;
   if (parameters.parameters.empty()) return instants;
-  std::vector<Times> lists = all_times(mechanism, objective, parameters);
+  std::vector<Times> lists = all_times(mechanism, objective, parameters, 0, 0);
   if (with_bends)
     for (Times& list : bent_times(mechanism)) lists.push_back(std::move(list));
   for (const Times& list : lists) {
@@ -278,7 +290,7 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Obj
 
 void require_even_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
                         const std::vector<double>& numbers, double t_start, double t_end) {
-  std::vector<Times> lists = all_times(mechanism, objective, parameters);
+  std::vector<Times> lists = all_times(mechanism, objective, parameters, t_start, t_end);
   const std::size_t first_bent = lists.size();
   for (Times& list : bent_times(mechanism)) lists.push_back(std::move(list));
   std::vector<Instant> instants;
@@ -306,7 +318,7 @@ void require_fixed_times(const Mechanism& mechanism, const Objective& objective,
                          const std::vector<double>& numbers, double t_start, double t_end, bool carried) {
   std::vector<Instant> instants;
   bool any = false;
-  for (const Times& list : all_times(mechanism, objective, parameters)) {
+  for (const Times& list : all_times(mechanism, objective, parameters, t_start, t_end)) {
     const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p)) {
       require_within(list, parameters, p, t, t_start, t_end);

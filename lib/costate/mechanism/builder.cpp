@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
-#include <unordered_set>
 
 #include "costate/base/error.h"
+#include "costate/base/library_class.h"
 #include "costate/mechanism/derivative_check.h"
 #include "costate/mechanism/element_check.h"
 #include "costate/mechanism/parameter_bounds.h"
@@ -43,6 +44,12 @@ int MechanismBuilder::add_number(const std::string& path, double value, NumberRu
 int MechanismBuilder::add_coordinate(const std::string& name, const std::string& unit, int position_number,
                                      int velocity_number) {
   require_element(this);
+  for (const int number : {position_number, velocity_number})
+    if (number < 0 || number >= static_cast<int>(m_->numbers_.size()))
+      throw ModelError("",
+                       fmt::format("Coordinate '{}' starts with the number {}, and there are {}: add_number() gives "
+                                   "one.",
+                                   name, number, m_->numbers_.size()));
   const int index = m_->coordinate_count();
   if (!m_->coordinate_index_.emplace(name, index).second)
     throw ModelError("", fmt::format("Coordinate '{}' exists already; points, bodies and angles share one set of "
@@ -165,9 +172,31 @@ static void require_count(const Element& e, const char* function, int found, int
                      fmt::format("Its {}() is {}; between {} and {} are expected.", function, found, least, kMaxLocal));
 }
 
+void MechanismBuilder::require_own_path(const Element& element, const char* what) {
+  const bool ours = is_wholly_of_library(typeid(element));
+  const auto [other, is_new] = paths_.emplace(fmt::format("{} {}", what, element.path()), ours);
+  if (!is_new && !(ours && other->second))
+    throw ModelError(element.path(),
+                     fmt::format("There is a {} of this name already: results, outputs and messages know "
+                                 "it by that. Take another name.",
+                                 what));
+}
+
+void MechanismBuilder::sign() {
+  std::size_t all = 0;
+  const auto add = [&](const std::string& name) { all = 31 * all + std::hash<std::string>()(name); };
+  for (const Coordinate& c : m_->coordinates_) add(c.name);
+  for (const Number& n : m_->numbers_) add(n.path);
+  for (const auto& e : m_->bodies_) add(e->path());
+  for (const auto& e : m_->constraints_) add(e->path());
+  for (const auto& e : m_->forces_) add(e->path());
+  m_->signature_ = all == 0 ? 1 : all;
+}
+
 void MechanismBuilder::add(std::unique_ptr<Body> body) {
   require_element(body.get());
   check_element(*m_, *body);
+  require_own_path(*body, "body");
   m_->bodies_.push_back(std::move(body));
 }
 
@@ -177,6 +206,7 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
     throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
   require_count(*c, "rows", c->rows(), 1);
   check_element(*m_, *c);
+  require_own_path(*c, "constraint");
   m_->row_offsets_.push_back(m_->row_count_);
   m_->row_count_ += c->rows();
   m_->constraints_.push_back(std::move(c));
@@ -186,54 +216,10 @@ void MechanismBuilder::add(std::unique_ptr<Force> f) {
   require_element(f.get());
   require_count(*f, "states", f->states(), 0);
   check_element(*m_, *f);
+  require_own_path(*f, "force");
   m_->state_offsets_.push_back(m_->state_count_);
   m_->state_count_ += f->states();
   m_->forces_.push_back(std::move(f));
-}
-
-void MechanismBuilder::add_start_group(const std::string& name, std::vector<std::string> positions,
-                                       std::vector<std::string> velocities) {
-  if (!start_groups_.emplace(name, StartGroup{std::move(positions), std::move(velocities)}).second)
-    throw ModelError("", fmt::format("There are two bodies named '{}'.", name));
-}
-
-void MechanismBuilder::add_rate(GivenStart rate) {
-  const std::string name = rate.name;
-  if (!rates_.emplace(name, std::move(rate)).second)
-    throw ModelError("", fmt::format("There are two rates named '{}'.", name));
-}
-
-void MechanismBuilder::give_position(const std::string& name) {
-  if (const auto group = start_groups_.find(name); group != start_groups_.end()) {
-    for (const auto& member : group->second.positions) give_position(member);
-    return;
-  }
-  if (rates_.count(name))
-    throw ModelError("", fmt::format("'{}' is a rate; it can stand in given_velocities, not among positions.", name));
-  const int i = m_->coordinate(name);
-  if (!positions_given_.insert(i).second) throw ModelError("", fmt::format("Coordinate '{}' is given twice.", name));
-  m_->given_positions_.push_back({i, m_->coordinates_[i].position_number, m_->coordinates_[i].name});
-}
-
-void MechanismBuilder::give_velocity(const std::string& name) {
-  if (const auto group = start_groups_.find(name); group != start_groups_.end()) {
-    for (const auto& member : group->second.velocities) give_velocity(member);
-    return;
-  }
-  if (const auto rate = rates_.find(name); rate != rates_.end()) {
-    if (!rates_given_.insert(name).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
-    m_->given_velocities_.push_back(rate->second);
-    return;
-  }
-  const int i = m_->coordinate(name);
-  if (!velocities_given_.insert(i).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
-  m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, m_->coordinates_[i].name});
-  if (const auto at = follows_.find(i); at != follows_.end())
-    for (const int number : at->second)
-      fix_number(number,
-                 fmt::format("the start gives the velocity of '{}', which is that of the angular velocity at this "
-                             "orientation; list the angular velocity in given_velocities (omega_x, omega_y, omega_z).",
-                             name));
 }
 
 void MechanismBuilder::add_parameter(Parameter p) {
@@ -275,60 +261,11 @@ void MechanismBuilder::set_default_parameters(std::vector<std::string> names) {
   m_->default_parameters_ = std::move(names);
 }
 
-std::vector<std::string> MechanismBuilder::initial_state_paths() const {
-  std::vector<std::string> paths;
-  for (const auto& f : m_->forces_)
-    for (int i = 0; i < f->states(); ++i)
-      if (const int local = f->initial_state_number(i); local >= 0)
-        paths.push_back(m_->numbers_[f->numbers()[local]].path);
-  return paths;
-}
-
-void MechanismBuilder::hold_or_balance_states() {
-  Mechanism& m = *m_;
-  m.held_states_.assign(static_cast<std::size_t>(m.state_count_), true);
-  if (!m.starts_at_equilibrium_) return;
-  for (std::size_t k = 0; k < m.forces_.size(); ++k)
-    for (int i = 0; i < m.forces_[k]->states(); ++i) {
-      const int local = m.forces_[k]->initial_state_number(i);
-      const int number = local >= 0 ? m.forces_[k]->numbers()[local] : -1;
-      if (held_states_.count(number)) continue;
-      m.held_states_[static_cast<std::size_t>(m.state_offsets_[k] + i)] = false;
-      if (number >= 0 && m.numbers_[number].fixed_because.empty())
-        m.numbers_[number].fixed_because =
-            "the start finds this force state by equilibrium; write its initial value in the scene to hold it there";
-    }
-}
-
 std::shared_ptr<const Mechanism> MechanismBuilder::build() {
   require_element(this);
   Mechanism& m = *m_;
   if (m.coordinates_.empty()) throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
-  // Nothing is given: points and bodies that no constraint touches start as they are.
-  if (!m.starts_at_equilibrium_ && m.given_positions_.empty() && m.given_velocities_.empty()) {
-    std::vector<std::vector<const Constraint*>> on(static_cast<std::size_t>(m.coordinate_count()));
-    for (const auto& c : m.constraints_)
-      for (const int i : c->coordinates()) on[static_cast<std::size_t>(i)].push_back(c.get());
-    // The constraints of its own (Euler parameters' norm, a rigid frame) bind a body in space to nothing; a joint to
-    // the ground does.
-    const auto free = [&](const std::string& kind, const std::string& name, const std::vector<int>& own) {
-      for (const int i : own)
-        for (const Constraint* c : on[static_cast<std::size_t>(i)])
-          if (c->path() != kind + "." + name) return false;
-      return true;
-    };
-    std::unordered_set<int> of_bodies;
-    for (const auto& [kind, bodies] : {std::pair{"rigid_body", &rigid_bodies_}, {"natural_body", &natural_bodies_}})
-      for (const auto& [name, own] : *bodies)
-        if (free(kind, name, own)) {
-          give(name);
-          of_bodies.insert(own.begin(), own.end());
-        }
-    for (int i = 0; i < m.coordinate_count(); ++i)
-      if (on[static_cast<std::size_t>(i)].empty() && of_bodies.count(i) == 0)
-        give(m.coordinates_[static_cast<std::size_t>(i)].name);
-    for (GivenStart& g : m.given_positions_) g.name.clear();  // see given_by_itself
-  }
+  give_what_is_free();
   std::set<int> given, given_velocity, given_rate;
   for (const auto& g : m.given_positions_) given.insert(g.coordinate);
   for (const auto& g : m.given_velocities_) {
@@ -378,6 +315,7 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
           fmt::join(texts, " and "));
   m.select(m.default_parameters_);  // names must exist and be free to vary
   check_derivatives(m);
+  sign();
   return std::shared_ptr<const Mechanism>(std::move(m_));
 }
 

@@ -110,6 +110,9 @@ class MechanismBuilder {
  private:
   /// Throws Error for null, and behind build().
   void require_element(const void* element) const;
+  /// Throws ModelError where another one of the kind has its path, and one of them is a user's.
+  void require_own_path(const Element& element, const char* what);
+  void sign();
   std::unique_ptr<Mechanism> m_;
   std::vector<int> gravity_;
   double gravity_z_ = 0;
@@ -123,9 +126,12 @@ class MechanismBuilder {
   std::map<std::string, GivenStart> rates_;
   std::set<int> positions_given_, velocities_given_;  // coordinates
   std::set<std::string> rates_given_;
+  std::map<std::string, bool> paths_;  // "force spring.S": whether the library has it
   std::map<std::string, std::shared_ptr<const SharedPart>> shared_parts_;
   std::set<int> held_states_;  // numbers of initial values
   void hold_or_balance_states();
+  /// Where nothing is given: points and bodies that no constraint touches start as they are.
+  void give_what_is_free();
 };
 
 }  // namespace costate

@@ -69,6 +69,9 @@ class Mechanism {
   int row_count() const { return row_count_; }
   int state_count() const { return state_count_; }
   std::vector<double> base_numbers() const;
+  /// Equal for mechanisms that have the same coordinates, numbers and elements, in this order; what holds indices of
+  /// one (an Output) means nothing in a mechanism of another.
+  std::size_t signature() const { return signature_; }
   /// By coordinates, their start values, or first guesses where they are not given.
   std::vector<double> first_positions() const;
 
@@ -96,6 +99,7 @@ class Mechanism {
   std::vector<std::unique_ptr<Force>> forces_;
   std::vector<int> row_offsets_, state_offsets_;
   int row_count_ = 0, state_count_ = 0;
+  std::size_t signature_ = 0;
   std::vector<PlanarPoint> points_;
   std::vector<SpatialPoint> spatial_points_;
   std::vector<GivenStart> given_positions_, given_velocities_;

@@ -1,5 +1,7 @@
 #include "costate/objective/objective.h"
 
+#include <fmt/format.h>
+
 #include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/objective/folded_angle.h"
@@ -10,7 +12,14 @@
 namespace costate {
 
 OutputTerm::OutputTerm(std::shared_ptr<const Output> output, int power, int weight_number, Target target)
-    : output_(std::move(output)), power_(power), weight_number_(weight_number), target_(std::move(target)) {}
+    : output_(std::move(output)), power_(power), weight_number_(weight_number), target_(std::move(target)) {
+  if (!output_) throw Error("An OutputTerm has no output (a null pointer).");
+  if (power_ != 1 && power_ != 2)
+    throw Error(fmt::format("The OutputTerm of '{}' has the power {}; 1 or 2 is expected.", output_->name(), power_));
+  if (target_.law && target_.law_numbers.size() != static_cast<std::size_t>(target_.law->number_count()))
+    throw Error(fmt::format("The target of '{}' is a law of {} numbers, and {} are given.", output_->name(),
+                            target_.law->number_count(), target_.law_numbers.size()));
+}
 
 bool OutputTerm::needs_accelerations() const {
   return output_->needs_accelerations() || (target_.output && target_.output->needs_accelerations());

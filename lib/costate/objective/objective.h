@@ -57,6 +57,7 @@ class OutputTerm final : public CostTerm {
 
   const Output& output() const { return *output_; }
   const Target& target() const { return target_; }
+  int weight_number() const { return weight_number_; }  // in the mechanism; -1: the weight is one
 
   double value(const StateView& s, Assembly& assembly) const override;
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override;

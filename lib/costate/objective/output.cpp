@@ -319,6 +319,7 @@ std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::strin
         "", fmt::format("There is no output '{}'.{}{}{}", name, suggestion(name, known), work_hint(mechanism, name),
                         cyclic ? " Those of a cycle belong to scenes with a table [cycle]." : ""));
   }
+  result->set_made_for(mechanism.signature());
   return result;
 }
 

@@ -33,6 +33,9 @@ class Output {
   virtual ~Output() = default;
   const std::string& name() const { return name_; }
   const std::string& unit() const { return unit_; }
+  /// Mechanism::signature() of what make_output() made it for; 0 of any other.
+  std::size_t made_for() const { return made_for_; }
+  void set_made_for(std::size_t signature) { made_for_ = signature; }
 
   virtual double value(const StateView& s, Assembly& assembly) const = 0;
   /// gradient += factor * d(value); throws CapabilityError for outputs without derivatives.
@@ -57,6 +60,7 @@ class Output {
 
  private:
   std::string name_, unit_;
+  std::size_t made_for_ = 0;
 };
 
 /// Throws ModelError with near names when the mechanism has no such output.

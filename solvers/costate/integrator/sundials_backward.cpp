@@ -232,6 +232,18 @@ void SundialsSession<Api>::bound_first_step_back(double t, const double* y) {
     check(Api::set_max_step_back(memory_, back_->which, first), "the adjoint's first step's bound");
 }
 
+namespace {
+/// Where the next step from t ends at the latest. Where far shorter ones follow it comes to their place by steps that
+/// shrink: by formulas of many steps the first of them would have hardly an estimated error (segment.h).
+double planned_back(const StepPlan& plan, System& system, double t, const double* y) {
+  constexpr double kShrinks = 3;
+  const double planned = plan.limit(system, t, y, true), way = t - planned;
+  if (!std::isfinite(planned) || !(way > 0)) return planned;
+  const double next = planned - plan.limit(system, planned, y, true);
+  return next > 0 && way > kShrinks * next ? planned + way / kShrinks : planned;
+}
+}  // namespace
+
 template <class Api>
 void SundialsSession<Api>::look_back(double t, const double* y) {
   if (!plan_back_ && !kinks_back_) return;
@@ -241,7 +253,7 @@ void SundialsSession<Api>::look_back(double t, const double* y) {
   // Nor beyond a kink.
   const double start = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1),
                floor = std::max(start, kink_back_),
-               planned = plan_back_ ? plan_back_->limit(system_, t, y, true) : floor,
+               planned = plan_back_ ? planned_back(*plan_back_, system_, t, y) : floor,
                end = floor >= t - near ? floor : std::max(floor, planned);
   if (Api::implicit) Api::set_max_step(back_->memory, std::max(0.0, options_.max_step_s));
   Api::set_stop_time(back_->memory, end);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -10,6 +11,7 @@
 #include "costate/event/end_event.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/objective/cost_check.h"
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -83,11 +85,31 @@ static void check_selection(const ParameterSelection& selection, std::size_t num
   }
 }
 
+namespace {
+/// Throws Error for a cost that is none, or whose outputs or numbers are another mechanism's.
+void require_of(const Mechanism& mechanism, const CostTerm* term) {
+  if (!term) throw Error("A term of the cost is a null pointer.");
+  const auto* of = dynamic_cast<const OutputTerm*>(&ungated(*term));
+  if (!of) return;
+  for (const Output* output : {&of->output(), of->target().output.get()})
+    if (output && output->made_for() != 0 && output->made_for() != mechanism.signature())
+      throw Error(
+          fmt::format("The cost's output '{}' was made for another mechanism than that of the problem: "
+                      "make_output(*problem.mechanism, \"{}\") makes one for this.",
+                      output->name(), output->name()));
+  std::vector<int> numbers = of->target().law_numbers;
+  numbers.push_back(std::max(of->weight_number(), 0));
+  for (const int number : numbers)
+    if (number < 0 || number >= static_cast<int>(mechanism.numbers().size()))
+      throw Error(fmt::format("The cost's term of '{}' has the number {}, and the mechanism {} numbers.",
+                              of->output().name(), number, mechanism.numbers().size()));
+}
+}  // namespace
+
 void Problem::check_values(const std::vector<double>& rho) const {
   if (!mechanism) throw Error("The problem has no mechanism.");
   for (const auto* terms : {&objective.running, &objective.terminal})
-    for (const auto& term : *terms)
-      if (!term) throw Error("A term of the cost is a null pointer.");
+    for (const auto& term : *terms) require_of(*mechanism, term.get());
   solver.check();
   const std::size_t expected = parameters.parameters.size();
   if (rho.size() != expected)
@@ -119,6 +141,9 @@ void SolverOptions::check() const {
   require(std::isfinite(t_start), "t_start", "a time", t_start);
   require(std::isfinite(t_end) && t_end >= t_start, "t_end", "a time that is not before t_start", t_end);
   require(rtol > 0 && std::isfinite(rtol), "rtol", "a number above 0", rtol);
+  if (cvodes_method != "adams" && cvodes_method != "bdf")
+    throw Error(
+        fmt::format("SolverOptions::cvodes_method: \"adams\" or \"bdf\" is expected, found \"{}\".", cvodes_method));
   for (const auto& [name, value] : {std::pair("atol", atol),
                                     {"cost_atol", cost_atol},
                                     {"max_step_s", max_step_s},

@@ -80,8 +80,15 @@ void FormulaForce::add_course(const double* p, Course& course) const {
   std::array<double, kMostNames> x;
   x.fill(1);
   std::copy(p, p + formula_numbers_, x.begin());
-  for (const Component& c : components_)
-    if (c.formula && c.formula->varies()) course.add(GuessedFormula(*c.formula), x.data());
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    const FormulaLaw* formula = components_[c].formula.get();
+    if (!formula || !formula->varies()) continue;
+    // One of the time alone is a law of time with these numbers, like any other.
+    if (locals_[c].empty())
+      course.add(*formula, p);
+    else
+      course.add(GuessedFormula(*formula), x.data());
+  }
 }
 
 void FormulaForce::add_formula_laws(std::vector<MotionLaw>& laws) const {

@@ -52,6 +52,24 @@ CourseElement::Place PathDriver::track_place(int, const LocalState& s) const {
   return {r[0] + s.p[preview] * h[0], v[0] + s.p[preview] * turning[0]};
 }
 
+void PathDriver::add_jump_places(const LocalState& s, bool, std::vector<JumpPlace>& places) const {
+  const double forward[3] = {1, 0, 0};
+  double h[3];
+  rotated(s.q + SpatialPoint::curvature_index, forward, h);
+  const bool right = s.p[gain] > 0;
+  places.push_back({.beyond = right           ? h[0]
+                              : s.p[gain] < 0 ? -h[0]
+                                              : 1,
+                    .direction = -1,
+                    .what = right ? "steers away from its path: the vehicle heads against x, where a positive gain "
+                                    "steers to the wrong side"
+                                  : "steers away from its path: the vehicle heads along x, where a negative gain "
+                                    "steers to the wrong side",
+                    .advice = right ? "Let it drive towards larger x, or give the gain the other sign"
+                                    : "Give the gain the other sign, or let it drive towards smaller x",
+                    .of_motion = true});
+}
+
 PathDual PathDriver::measure(int i, const MeasureArguments& x) const {
   if (i == 0) return error(x.q, x.p);
   const int s = point_.size();

@@ -13,12 +13,16 @@
 
 #include "costate/element/course.h"
 #include "costate/element/element.h"
+#include "costate/element/jumping_force.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
-class PathDriver final : public ForceOf<PathDriver>, public CourseElement, public MotionLawElement {
+class PathDriver final : public ForceOf<PathDriver>,
+                         public CourseElement,
+                         public MotionLawElement,
+                         public JumpingForce {
  public:
   enum Number { gain, yaw_gain, preview, decision_lag, arm_lag, stiffness, damping, command, steering, own_numbers };
 
@@ -44,6 +48,8 @@ class PathDriver final : public ForceOf<PathDriver>, public CourseElement, publi
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     laws.push_back({path_.get(), own_numbers + 3, "path"});
   }
+  /// Where it steers away from the path.
+  void add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const override;
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
 

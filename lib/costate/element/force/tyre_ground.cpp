@@ -62,10 +62,15 @@ void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) con
 }
 
 void TyreGround::add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const {
-  const double ramp = s.p[TyreNumbers::ramp];
-  const bool at_once = ramp < kAtOnce * s.p[TyreNumbers::radius];
-  if (setup_.bilateral || !(at_once || fixed_steps)) return;
   const TyreGeometry<double> g = geometry(s);
+  const double radius = s.p[TyreNumbers::radius], ramp = s.p[TyreNumbers::ramp];
+  places.push_back({.beyond = radius - g.deflection,
+                    .direction = -1,
+                    .what = "is pressed in by more than its radius: the wheel's centre is below the ground",
+                    .advice = "Its force is that of its law all the same. Look at the wheel's height, and the road's",
+                    .of_motion = true});
+  const bool at_once = ramp < kAtOnce * radius;
+  if (setup_.bilateral || !(at_once || fixed_steps)) return;
   places.push_back(
       {g.deflection, 1, s.p[TyreNumbers::damping] * std::max(g.approach, 0.0),
        at_once ? "touches, and its damping sets in at once" : "touches, and its damping sets in within one fixed step",

@@ -38,9 +38,11 @@ void add_between(MechanismBuilder& builder, const std::string& name, const Point
     for (const auto& [key, point, radius] :
          {std::tuple(".point", &a, o.radius_m), std::tuple(".other", &b, o.other_radius_m)})
       if (radius > 0 && point->kind() != Point::Kind::on_body && point->kind() != Point::Kind::ground)
-        throw ModelError(path + key, "'" + point->name() +
-                                         "' is on no rigid body, whose turning friction on a radius needs: put it on "
-                                         "one, or leave out the radius or the friction.");
+        throw ModelError(
+            path + key,
+            "'" + point->name() +
+                "' is on no [rigid_body.*], whose turning friction on a radius needs (that of a "
+                "[natural_body.*] it does not know): put it on one, or leave out the radius or the friction.");
   ContactNumbers numbers(builder, path);
   numbers.add_normal_law(o);
   numbers.add_friction(o);

@@ -66,17 +66,17 @@ const KindKeys in_plane_keys("in_plane",
                               {"normal", "[x, y, z]: of the plane, in the frame of the first point's body"}});
 
 const KindKeys path_driver_keys(
-    "path_driver",
-    {{"point", "of the vehicle, which is to follow the path"},
-     {"coordinate", "the steering that it turns"},
-     {"path", "y of the path, a law of x"},
-     {"gain",
-      "steering by sideways error (path less vehicle, ahead): a positive one steers left, by a negative command"},
-     {"yaw_gain_m_s_per_rad", "steering against the yaw rate"},
-     {"preview_m", "how far ahead the driver looks"},
-     {"decision_lag_s, arm_lag_s", "time constants"},
-     {"stiffness_N_per_m, damping_N_s_per_m", "of the arms on the steering"},
-     {"initial_command_m, initial_steering_m", "of the two lags at the start"}});
+    "path_driver", {{"point", "of the vehicle, which is to follow the path"},
+                    {"coordinate", "the steering that it turns"},
+                    {"path", "y of the path, a law of x"},
+                    {"gain",
+                     "steering by sideways error (path less vehicle, ahead): a positive one steers towards the path of "
+                     "a vehicle that drives towards larger x, by a negative command to the left"},
+                    {"yaw_gain_m_s_per_rad", "steering against the yaw rate"},
+                    {"preview_m", "how far ahead the driver looks"},
+                    {"decision_lag_s, arm_lag_s", "time constants"},
+                    {"stiffness_N_per_m, damping_N_s_per_m", "of the arms on the steering"},
+                    {"initial_command_m, initial_steering_m", "of the two lags at the start"}});
 
 const KindKeys prismatic_keys("prismatic",
                               {{"points", "one point of each of two bodies, or of a body and the ground"},

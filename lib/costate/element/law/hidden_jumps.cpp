@@ -1,0 +1,113 @@
+#include "costate/element/law/hidden_jumps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/element/course.h"
+#include "costate/element/law/formula_law.h"
+
+namespace costate {
+
+namespace {
+
+/// Of the largest value; and of a change, by how much the middle of a cell may differ from that of its ends: what is
+/// left of it is no jump then.
+constexpr double kOfLargest = 1e-6, kFits = 1e-2;
+/// Of cells, that are looked into.
+constexpr std::size_t kMostLooked = 20'000;
+constexpr double kNeighbour = 4e-16, kSmallestPlace = 1e-200;
+/// Of the run: nearer jumps are one that is not quite at once. And of what rounding is taken to be.
+constexpr double kSamePlace = 1e-9, kOfRounding = 10;
+
+double beyond(double x, double towards) { return std::nextafter(x, towards); }
+
+/// Keeps the half of a < b that changes more, until these are neighbours.
+template <class F>
+void halve(const F& f, double& a, double& b, double& fa, double& fb) {
+  for (;;) {
+    const double middle = a + 0.5 * (b - a);
+    if (!(middle > a && middle < b)) return;
+    const double fm = f(middle);
+    if (!std::isfinite(fm)) return;
+    const bool left = std::abs(fm - fa) > std::abs(fb - fm);
+    (left ? b : a) = middle;
+    (left ? fb : fa) = fm;
+  }
+}
+
+/// By how much values on either side of it are apart at least: what rounding makes of a formula lies on both.
+template <class F>
+double apart(const F& f, const HiddenJump& jump) {
+  const double sign = jump.right > jump.left ? 1 : -1, step = std::max(std::abs(jump.x), kSmallestPlace) * kNeighbour;
+  double left = -HUGE_VAL, right = HUGE_VAL;
+  for (double away = 100 * step; away < 1000 * step; away *= 3) {
+    left = std::max(left, sign * f(jump.x - away));
+    right = std::min(right, sign * f(jump.x + away));
+  }
+  return right - left;
+}
+
+}  // namespace
+
+std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, double from, double to, JumpOf of) {
+  LawPlaces places;
+  places.from = from;
+  places.to = to;
+  if (!(from < to)) return {};
+  add_law_places(law, p, places);
+  if (!places.search) return {};
+  Course course(from, to);
+  course.add(law, p);
+  course.finish();
+  std::vector<double> ends = {from, to};
+  const auto add = [&](double x) {
+    if (x > from && x < to) ends.push_back(x);
+  };
+  course.for_each_end(add);
+  for (const double x : places.sharp) add(x);
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  if (ends.size() > kMostLooked) ends.resize(kMostLooked);
+
+  const auto f = [&](double x) {
+    try {
+      return of == JumpOf::value ? law.value(x, p) : law.slope(x, p).d[0];
+    } catch (const StepError&) {  // where it says nothing
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+  };
+  double largest = 0;
+  std::vector<HiddenJump> found;
+  const auto meet = [&](double x, double left, double right) {
+    if (std::isfinite(left) && std::isfinite(right) && left != right) found.push_back({x, left, right});
+  };
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    double a = beyond(ends[k], to), b = beyond(ends[k + 1], from);
+    if (!(a < b)) continue;
+    double fa = f(a), fb = f(b);
+    const double middle = f(a + 0.5 * (b - a));
+    for (const double y : {fa, fb, middle})
+      if (std::isfinite(y)) largest = std::max(largest, std::abs(y));
+    const bool fits = std::abs(middle - 0.5 * (fa + fb)) <= kFits * std::abs(fb - fa);
+    if (fits || !std::isfinite(middle) || !std::isfinite(fa) || !std::isfinite(fb)) continue;
+    halve(f, a, b, fa, fb);
+    meet(b, fa, fb);
+  }
+  for (std::size_t k = 1; k + 1 < ends.size(); ++k) {
+    meet(ends[k], f(beyond(ends[k], from)), f(beyond(ends[k], to)));
+  }
+  // What terms that cancel leave of a formula goes up and down by steps, too.
+  const auto* formula = of == JumpOf::value ? dynamic_cast<const FormulaLaw*>(&law) : nullptr;
+  std::erase_if(found, [&](const HiddenJump& j) {
+    const double rounding = formula ? kOfRounding * formula->rounding(j.x, p) : 0;
+    return !(apart(f, j) > std::max(kOfLargest * largest, rounding));
+  });
+  std::sort(found.begin(), found.end(), [](const HiddenJump& a, const HiddenJump& b) { return a.x < b.x; });
+  const auto same = [&](const HiddenJump& a, const HiddenJump& b) { return b.x - a.x <= kSamePlace * (to - from); };
+  found.erase(std::unique(found.begin(), found.end(), same), found.end());
+  return found;
+}
+
+}  // namespace costate

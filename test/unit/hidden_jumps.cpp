@@ -37,6 +37,7 @@ TEST_CASE("hidden jumps: values and slopes") {
   check_one("(t-1+sqrt((t-1)^2))/2", JumpOf::slope, 1, 0, 1);
   check_one("((t^2-1)^2)^0.5", JumpOf::slope, 1, -2, 2);
   check_one("sqrt(sin(2*t)^2)", JumpOf::slope, half, -2, 2);
+  check_one("(t-1.3)*sqrt((t-1.3)^2)", JumpOf::curvature, 1.3, -2, 2);
   CHECK(found("atan(tan(10*t))", JumpOf::value).size() == 6);
   // What two neighbouring numbers do not tell apart is a jump; so is a step of which they show 1e-4.
   CHECK(found("tanh((t-1)/1e-12)", JumpOf::value).size() == 1);
@@ -46,8 +47,8 @@ TEST_CASE("hidden jumps: none of what is smooth") {
   for (const char* formula :
        {"0.3*sin(12*t)+t^2", "tanh((t-1)/1e-5)", "exp(-(t-1)^2/1e-6)", "sqrt((t-1)^2+1e-10)", "sin(t)/t",
         "1/(1+1e6*(t-1)^2)", "log(t+1e-3)", "(t+1e-9)^0.5", "1e-30*sin(t)", "atan((t-1)/1e-6)"})
-    for (const JumpOf of : {JumpOf::value, JumpOf::slope}) {
-      CAPTURE(formula, of == JumpOf::value);
+    for (const JumpOf of : {JumpOf::value, JumpOf::slope, JumpOf::curvature}) {
+      CAPTURE(formula, static_cast<int>(of));
       CHECK(found(formula, of).empty());
     }
   CHECK(found("(1-cos(t))/t^2", JumpOf::value).empty());  // 0 below 1e-8, then 1, as rounding has it

@@ -60,7 +60,8 @@ std::optional<std::string> MotionWatch::without_derivative() const {
            "pass "
            "each other at a distance; the method 'differences' tells what psi does.";
   if (auto met = jumps_.met()) return met;
-  return formulas_.met();
+  if (auto met = formulas_.met()) return met;
+  return travelled_.met(assembly_);
 }
 
 std::vector<std::string> MotionWatch::warnings() const {

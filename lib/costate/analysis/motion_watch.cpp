@@ -53,7 +53,8 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
       products_(assembly_.jacobian()),
       lines_(assembly_.mechanism()),
       jumps_(assembly_.mechanism(), settings_.fixed_steps),
-      formulas_(assembly_.mechanism(), settings_.objective) {
+      formulas_(assembly_.mechanism(), settings_.objective),
+      travelled_(assembly_.mechanism()) {
   assembly_.set_parameters(rho);
   const Mechanism& mech = assembly_.mechanism();
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
@@ -154,6 +155,7 @@ void MotionWatch::look_for_jumps(double t, const double* q, const double* v) {
   if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
   if (!jumps_.empty()) jumps_.look({t, q, v}, assembly_);
   if (!formulas_.empty()) formulas_.look({t, q, v}, assembly_);
+  if (!travelled_.empty()) travelled_.look({t, q, v}, assembly_);
 }
 
 void MotionWatch::step(double t, const double* q, const double* v) {

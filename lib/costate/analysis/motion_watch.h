@@ -18,6 +18,7 @@
 #include "costate/analysis/formula_jump_watch.h"
 #include "costate/analysis/jump_watch.h"
 #include "costate/analysis/line_watch.h"
+#include "costate/analysis/travelled_laws.h"
 #include "costate/assembly/assembly.h"
 #include "costate/linear/row_products.h"
 
@@ -133,6 +134,7 @@ class MotionWatch {
   LineWatch lines_;
   JumpWatch jumps_;
   FormulaJumpWatch formulas_;
+  TravelledLaws travelled_;
 };
 
 }  // namespace costate

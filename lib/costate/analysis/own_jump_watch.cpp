@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
@@ -22,6 +23,9 @@ constexpr double kFitsMiddle = 1e-2;
 /// Of the largest value: less is no jump. What is left of smooth values after so many halvings is far less.
 constexpr double kIsJump = 1e-6;
 constexpr int kHalvingsOfWay = 48;
+constexpr double kNothing = 1e-290;  // in whatever units: smaller numbers have no digits to spare
+/// Of positions, velocities and states: what is lost of them in the terms of a formula.
+constexpr double kRounding = 32 * std::numeric_limits<double>::epsilon();
 /// Of the way between two looks: how far beside the place values are taken, and nearer than that.
 constexpr double kBesidePlace = 1e-9, kNearerPlace = 1e-2;
 /// Of the mean distance of looks: nearer ones do not tell the way between them from rounding.
@@ -65,7 +69,8 @@ OwnJumpWatch::OwnJumpWatch(const Mechanism& mechanism, const Objective& objectiv
                           const std::size_t count = force.coordinates().size();
                           values.assign(count + static_cast<std::size_t>(force.states()), 0);
                           force.calc_force(local, values.data(), values.data() + count);
-                        }});
+                        },
+                        force.coordinates()});
   }
   const std::vector<double> numbers = mechanism.base_numbers();
   for (const auto& owned : mechanism.constraints()) {
@@ -86,15 +91,18 @@ OwnJumpWatch::OwnJumpWatch(const Mechanism& mechanism, const Objective& objectiv
                           c.calc_bias(local, values.data());
                           if (c.rheonomic()) c.calc_phi_t(local, values.data() + rows);
                         },
-                        rows});
+                        c.coordinates(), rows});
   }
+  std::vector<int> all(mechanism.coordinates().size());
+  std::iota(all.begin(), all.end(), 0);
   for (std::size_t i = 0; i < objective.running.size(); ++i) {
     const CostTerm& term = ungated(*objective.running[i]);
     if (!is_of_user(term)) continue;
     watched_.push_back({fmt::format("The running cost's term {}", i), "Let it go on",
                         [&term](const StateView& s, Assembly& assembly, std::vector<double>& values) {
                           values.assign(1, term.value(s, assembly));
-                        }});
+                        },
+                        all});
   }
 }
 
@@ -107,6 +115,7 @@ void OwnJumpWatch::look(const StateView& s, Assembly& assembly) {
     try {
       of.add(s, assembly, now);
       of.largest.resize(now.size(), 0);
+      of.rounding.resize(now.size(), 0);
       for (std::size_t i = 0; i < now.size(); ++i) of.largest[i] = std::max(of.largest[i], std::abs(now[i]));
       if (!of.last.empty()) judge(of, s, now, assembly);
       of.last = now;
@@ -132,6 +141,28 @@ StateView OwnJumpWatch::between(const StateView& s, double w, const Assembly& as
   return between_.view();
 }
 
+double OwnJumpWatch::rounding(const Watched& of, const StateView& s, double w, std::size_t i, Assembly& assembly) {
+  between(s, w, assembly);
+  std::vector<double> values;
+  const auto value = [&] {
+    of.add(between_.view(), assembly, values);
+    return values[i];
+  };
+  const double f = value();
+  double sum = 0;
+  const auto round = [&](double& x) {
+    const double exact = x;
+    x += kRounding * std::abs(x);
+    sum += std::abs(value() - f);
+    x = exact;
+  };
+  for (std::vector<double>* entries : {&between_.q, &between_.v})
+    for (const int k : of.coordinates)
+      if (static_cast<std::size_t>(k) < entries->size()) round((*entries)[static_cast<std::size_t>(k)]);
+  for (double& z : between_.z) round(z);
+  return sum;
+}
+
 void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<double>& now, Assembly& assembly) {
   std::vector<double> values;
   const auto value = [&](double w, std::size_t i) {
@@ -142,7 +173,8 @@ void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<doub
   const std::vector<double> middle = values;
   for (std::size_t i = 0; i < now.size() && !met_; ++i) {
     double low = 0, high = 1, at_low = of.last[i], at_high = now[i], at_middle = middle[i];
-    const double none = kIsJump * of.largest[i], whole = std::abs(at_middle - at_low) + std::abs(at_high - at_middle);
+    double none = std::max({kIsJump * of.largest[i], of.rounding[i], kNothing});
+    const double whole = std::abs(at_middle - at_low) + std::abs(at_high - at_middle);
     if (!std::isfinite(whole) || whole <= none || std::abs(at_middle - 0.5 * (at_low + at_high)) <= kFitsMiddle * whole)
       continue;
     for (int k = 0; k < kHalvingsOfWay && std::abs(at_high - at_low) > none; ++k) {
@@ -159,6 +191,9 @@ void OwnJumpWatch::judge(Watched& of, const StateView& s, const std::vector<doub
     };
     const double jump = jump_beside(kBesidePlace), near = jump_beside(kNearerPlace * kBesidePlace);
     if (!(jump > none) || !(near > 0.5 * jump)) continue;
+    none = std::max(rounding(of, s, 0, i, assembly), rounding(of, s, 1, i, assembly));
+    of.rounding[i] = std::max(of.rounding[i], none);
+    if (!(jump > none)) continue;
     // What time alone brings about is at an instant that is known, if no parameter moves it.
     const auto jumps_by_time = [&] {
       StateView at = between(s, low, assembly);

@@ -34,12 +34,17 @@ class OwnJumpWatch {
   struct Watched {
     std::string name, advice;
     std::function<void(const StateView&, Assembly&, std::vector<double>& values)> add;
+    std::vector<int> coordinates;
     /// From here on values are those of rates that constraints ask for: where they jump velocities do.
     std::size_t rates_from = std::numeric_limits<std::size_t>::max();
     std::vector<double> last = {}, largest = {};  // by values: at the last look, and of all
+    std::vector<double> rounding = {};            // what that makes of them where it has been looked for
   };
   /// The state at part w of the way from the last look to s.
   StateView between(const StateView& s, double w, const Assembly& assembly);
+  /// What rounding of positions, velocities and states makes of value i where the way is at w: terms that cancel leave
+  /// of a spring at its natural length nothing else.
+  double rounding(const Watched& of, const StateView& s, double w, std::size_t i, Assembly& assembly);
   void judge(Watched& of, const StateView& s, const std::vector<double>& now, Assembly& assembly);
 
   std::vector<Watched> watched_;

@@ -137,7 +137,7 @@ S pow(const S& x, const S& y) {
 }
 template <Differentiating S>
 S pow(double x, const S& y) {
-  return exp(y * S(std::log(x)));
+  return is_constant(y) || x == 0 ? S(std::pow(x, value_of(y))) : exp(y * S(std::log(x)));
 }
 template <Differentiating S>
 S hypot(const S& x, const S& y) {

@@ -104,7 +104,12 @@ class Cells {
       values.emplace_back(s->x, s->f);
     }
     for (const double at : x) values.emplace_back(at, value(at));
-    for (const double w : kWithin) values.emplace_back(x[0] + w * (x[3] - x[0]), value(x[0] + w * (x[3] - x[0])));
+    // More of them than told of it: the flank of something short is two lines to few.
+    const std::size_t more = 3 * values.size();
+    for (std::size_t k = 0; k < more; ++k) {
+      const double at = x[0] + (static_cast<double>(k) + 0.3819) / static_cast<double>(more) * (x[3] - x[0]);
+      values.emplace_back(at, value(at));
+    }
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
     return are_two_lines(values, off);

@@ -57,9 +57,17 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
   std::sort(sharp_.begin(), sharp_.end());
 }
 
+PathCourse::PathCourse(const Element& element, std::vector<int> coordinates, OwnValue value, double often)
+    : element_(&element), own_(std::move(value)), often_(often), search_(true), coordinates_(std::move(coordinates)) {}
+
 void PathCourse::set_arguments(double u) {
   const StateView s =
       solved_ ? (*at_)(motion_->from() + u * (motion_->to() - motion_->from())) : motion_->at(u, coordinates_);
+  if (own_) {
+    own_here_ = s;
+    x_here_ = s.t;
+    return;
+  }
   if (!owner_) {
     arguments_(s, *assembly_, here_.data());
     x_here_ = s.t;
@@ -84,6 +92,10 @@ double PathCourse::value(double u) {
 }
 
 double PathCourse::value_here() const {
+  if (own_) {
+    const double f = own_(own_here_, *assembly_);
+    return std::isfinite(f) ? f : 0;
+  }
   try {
     const double f = law_->value(x_here_, here_.data());
     return std::isfinite(f) ? f : 0;
@@ -200,6 +212,7 @@ void PathCourse::look_along() {
     return static_cast<int>(std::ceil(std::clamp(angle / kPartAngle, 1.0, 1e6)));
   };
   int parts = parts_of(motion_->turn(coordinates_));
+  if (own_) parts = std::max(parts, parts_of_own());
   if (parts <= kMostParts) {
     look_at_parts(parts);
     // As often as the fastest of its sines.
@@ -215,6 +228,16 @@ void PathCourse::look_along() {
     if (parts <= kMostParts) return look_at_parts(parts);
   }
   looked_at_ = static_cast<double>(kMostParts) / parts;
+}
+
+int PathCourse::parts_of_own() {
+  if (!asks_for_time_) {
+    const StateView s = motion_->at(0, coordinates_);
+    asks_for_time_ = asks_for_time(own_, s, *assembly_);
+  }
+  const bool same = !(high_ > low_);
+  const double looks = *asks_for_time_ || same ? often_ * (motion_->to() - motion_->from()) : 0;
+  return static_cast<int>(std::ceil(std::clamp(looks / static_cast<double>(kPathLookCount - 1), 1.0, 1e6)));
 }
 
 void PathCourse::look_at_parts(int parts) {
@@ -279,6 +302,7 @@ double PathCourse::noise(double u, double size) {
 
 void PathCourse::find_places() {
   places_.clear();
+  if (own_) return;
   if (!formula_) {
     const auto deformation = [this](double u) {
       set_arguments(u);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
@@ -14,6 +15,7 @@
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/event/step_motion.h"
+#include "costate/objective/own_value.h"
 
 namespace costate {
 
@@ -34,6 +36,10 @@ class PathCourse {
   /// between.
   PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp,
              bool search);
+
+  /// What a user wrote, of which no place is known: it is looked at evenly, `often` times a second where it asks for
+  /// the time or has been the same so far, and a few times a step else.
+  PathCourse(const Element& element, std::vector<int> coordinates, OwnValue value, double often);
 
   const Element& element() const { return *element_; }
 
@@ -100,9 +106,10 @@ class PathCourse {
   void add(double u);
   /// Whether a law passes none of the places where it is sharp, or one of its bends that is left to the integrator.
   bool is_between_places(LeftBends leaves);
-  /// The first looks, as many as something turns for.
+  /// The first looks, as many as something turns for, or as a user's function is to have.
   void look_along();
   void look_at_parts(int parts);
+  int parts_of_own();
   void meet_arguments();
   /// Whether any argument changes by more than rounding between these.
   bool moves() const;
@@ -130,9 +137,13 @@ class PathCourse {
   const MotionLawElement* owner_ = nullptr;  // of this element's deformation, with its
   int first_ = -1, origin_ = -1;             // numbers and its origin there; or
   bool of_rate_ = false;                     // of the deformation's rate
-  const ScalarLaw* law_;
+  const ScalarLaw* law_ = nullptr;
   const FormulaLaw* formula_ = nullptr;  // of either
-  std::vector<double> sharp_;            // of a law of a deformation
+  OwnValue own_;
+  double often_ = 0;
+  std::optional<bool> asks_for_time_;
+  StateView own_here_;
+  std::vector<double> sharp_;  // of a law of a deformation
   bool search_ = false;
   std::vector<int> coordinates_;
   bool solved_ = false;

@@ -6,6 +6,8 @@
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/element/course.h"
+#include "costate/element/guarded_force.h"
+#include "costate/element/jumping_force.h"
 #include "costate/element/path_function.h"
 #include "costate/objective/formula_output.h"
 
@@ -25,10 +27,18 @@ constexpr double kSameCut = 1e-3;
 constexpr double kPathInstant = 1e-13;
 // Steps over what is met, and on the way back over what acted; of the largest change within a step the part that counts
 // there. Cells shorter by more are met by a step of their own.
+constexpr double kOwnLooks = 8192;  // over the run, at what tells nothing of itself
 constexpr double kPathSteps = 2.3, kPathStepsBack = 4, kPathActs = 1e-3, kAlike = 6;
+
+/// What a cost of a user's is called.
+class OwnCost final : public Element {
+ public:
+  OwnCost() : Element("cost", "own") {}
+};
 }  // namespace
 
-PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
+PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves,
+                     double span)
     : assembly_(assembly),
       precision_{kOffCubic * std::min(1.0, std::pow(rtol / kAtRtol, kOffOrder)),
                  std::clamp(kNoPathRange * rtol, kLeastPathRange, kMostPathRange), leaves},
@@ -79,6 +89,15 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
           [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); }, solved);
     }
   };
+  const double often = span > 0 ? kOwnLooks / span : 0;
+  for (const auto& force : assembly.mechanism().forces())
+    if (often > 0 && is_own(*force) && !dynamic_cast<const GuardedForce*>(force.get()) &&
+        !dynamic_cast<const JumpingForce*>(force.get()) && !dynamic_cast<const PathFunctionElement*>(force.get()))
+      functions_.emplace_back(*force, force->coordinates(), own_value(assembly.mechanism(), *force), often);
+  static const OwnCost own_cost;
+  for (const auto& term : objective.running)
+    if (often > 0 && is_own(*term) && !term->needs_accelerations())
+      functions_.emplace_back(own_cost, all, own_value(*term), often);
   // What a cost makes of time alone is known beforehand (StepPlan).
   for (const auto& term : objective.running) follow(formulas_of(*term), false);
   for (const auto& output : objective.followed) follow(formulas_of(*output), true);

@@ -31,7 +31,8 @@ class PathWatch {
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has.
   /// Bends of laws of a rate, which an oscillation passes twice a period, are left to integrators of many steps, which
   /// see them in the next; schemes of one step are shown them.
-  PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves);
+  /// `span`: of the run, over which what users wrote is looked at evenly; 0: it is not.
+  PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves, double span);
 
   bool empty() const { return functions_.empty(); }
   bool needs_accelerations() const { return accelerations_; }

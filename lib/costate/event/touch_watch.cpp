@@ -24,8 +24,9 @@ constexpr double kNearlyNone = 0.05, kNearTurn = 1e-3;
 constexpr int kForceLooks = 4;
 }  // namespace
 
-TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
-    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves) {
+TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, double span,
+                       LeftBends leaves)
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves, span) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];

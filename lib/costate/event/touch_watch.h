@@ -23,8 +23,8 @@ namespace costate {
 class TouchWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has; dips count that are
-  /// deeper than the part of the coordinates, or the length, that the integrator is asked for.
-  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol,
+  /// deeper than the part of the coordinates, or the length, that the integrator is asked for. `span`: of the run.
+  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, double span,
              LeftBends leaves = LeftBends::of_rates);
 
   /// From here on a step that leads into a touch, or out of one, is to end there.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
@@ -62,6 +63,15 @@ void StepPlan::read(const Assembly& assembly, const Objective& objective, const 
     known = true;
     return s;
   };
+  std::unique_ptr<Assembly> own;
+  const auto search_own = [&](const OwnValue& value) {
+    if (!value) return;
+    if (!own) {
+      own = std::make_unique<Assembly>(assembly.mechanism_ptr(), assembly.parameters());
+      own->set_parameters(assembly.rho().data());
+    }
+    add_own_course(value, *own, first_state(), time_);
+  };
   for_each_element(assembly.mechanism(), [&](const Element& e) {
     const auto* of = dynamic_cast<const CourseElement*>(&e);
     std::vector<double> p;
@@ -70,7 +80,7 @@ void StepPlan::read(const Assembly& assembly, const Objective& objective, const 
     if (!of) {
       bool told = false;
       for (const ElementCourse& add : element_courses()) told = told || add(e, p.data(), time_);
-      if (!told && may_have_own_course(e)) add_own_course(e, assembly, first_state(), time_);
+      if (!told && is_own(e)) search_own(own_value(assembly.mechanism(), e));
       return;
     }
     of->add_course(p.data(), time_);
@@ -89,8 +99,7 @@ void StepPlan::read(const Assembly& assembly, const Objective& objective, const 
     for (const auto& term : *terms) {
       time_.begin_owner("a cost");
       add_cost_course(*term, all, time_);
-      if (terms == &objective.running && may_have_own_course(*term))
-        add_own_course(*term, assembly, first_state(), time_);
+      if (terms == &objective.running && is_own(*term)) search_own(own_value(*term));
     }
   time_.finish();
 }

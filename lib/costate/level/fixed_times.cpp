@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 #include "costate/element/law/hidden_jumps.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/level/time_laws.h"
@@ -89,11 +90,37 @@ void add_jumps(const ScalarLaw& law, const double* p, double t_start, double t_e
       times.push_back(j.x);
 }
 
+/// Of an element whose numbers parameters move: where its laws of time jump within the run and do not tell.
+void add_hidden_times(const Element& e, const ParameterSelection& parameters, double t_start, double t_end, JumpOf of,
+                      const char* what, const char* instead, std::vector<Times>& all) {
+  const auto* course = dynamic_cast<const CourseElement*>(&e);
+  const std::vector<int>& numbers = e.numbers();
+  if (!course || std::none_of(numbers.begin(), numbers.end(), [&](int n) { return is_moved(n, parameters); })) return;
+  all.push_back({numbers, e.kind(), e.name(),
+                 [=](const double* p, std::vector<double>& times) {
+                   Course laws([&](const ScalarLaw& law, const double* own, double shift, double rate) {
+                     const double a = rate * (t_start - shift), b = rate * (t_end - shift);
+                     for (const HiddenJump& j : hidden_jumps(law, own, std::min(a, b), std::max(a, b), of))
+                       times.push_back(shift + j.x / rate);
+                   });
+                   course->add_course(p, laws);
+                 },
+                 [](double, const double*, double*) {}, what, instead});
+}
+
 /// Those, and of forces and costs whose laws of time jump; what laws do not know of is looked for between the two
 /// times.
 std::vector<Times> all_times(const Mechanism& mechanism, const Objective& objective,
                              const ParameterSelection& parameters, double t_start, double t_end) {
   std::vector<Times> all = driven_times(mechanism);
+  for (const auto& c : mechanism.constraints())
+    if (c->rheonomic())
+      add_hidden_times(*c, parameters, t_start, t_end, JumpOf::curvature, "jump of its second derivative",
+                       "second derivative", all);
+  for (const auto& f : mechanism.forces())
+    if (dynamic_cast<const MotionLawElement*>(f.get()))
+      add_hidden_times(*f, parameters, t_start, t_end, JumpOf::slope, "kink under a force that holds its rate", "slope",
+                       all);
   for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
     const ScalarLaw* law = of.law;
     all.push_back({of.numbers, of.kind, of.name,

@@ -172,6 +172,12 @@ static void require_count(const Element& e, const char* function, int found, int
                      fmt::format("Its {}() is {}; between {} and {} are expected.", function, found, least, kMaxLocal));
 }
 
+static void require_room(const Element& e) {
+  if (e.coordinates().size() > static_cast<std::size_t>(kMaxLocal))
+    throw ModelError(e.path(),
+                     fmt::format("It depends on {} coordinates, of {} at most.", e.coordinates().size(), kMaxLocal));
+}
+
 void MechanismBuilder::require_own_path(const Element& element, const char* what) {
   const bool ours = is_wholly_of_library(typeid(element));
   const auto [other, is_new] = paths_.emplace(fmt::format("{} {}", what, element.path()), ours);
@@ -195,6 +201,7 @@ void MechanismBuilder::sign() {
 
 void MechanismBuilder::add(std::unique_ptr<Body> body) {
   require_element(body.get());
+  require_room(*body);
   check_element(*m_, *body);
   require_own_path(*body, "body");
   m_->bodies_.push_back(std::move(body));
@@ -204,6 +211,7 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
   require_element(c.get());
   if (c->coordinates().empty())
     throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
+  require_room(*c);
   require_count(*c, "rows", c->rows(), 1);
   check_element(*m_, *c);
   require_own_path(*c, "constraint");
@@ -214,6 +222,7 @@ void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
 
 void MechanismBuilder::add(std::unique_ptr<Force> f) {
   require_element(f.get());
+  require_room(*f);
   require_count(*f, "states", f->states(), 0);
   check_element(*m_, *f);
   require_own_path(*f, "force");

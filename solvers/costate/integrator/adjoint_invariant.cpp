@@ -1,6 +1,12 @@
 #include "costate/integrator/adjoint_invariant.h"
 
+#include <algorithm>
+
+#include "costate/assembly/gathered_state.h"
+#include "costate/base/library_class.h"
 #include "costate/element/course.h"
+#include "costate/element/guarded_force.h"
+#include "costate/objective/own_value.h"
 
 namespace costate {
 
@@ -24,6 +30,32 @@ bool has_course(const Assembly& assembly, const Objective& objective, double t_s
   course.for_each_end([&](double) { any = true; });
   return any;
 }
+/// Whether what a user wrote asks for the time, perhaps for an instant alone.
+bool asks_own_for_time(System& system, const StateView& s, Assembly& assembly) {
+  const auto asks = [&](const OwnValue& value) { return value && asks_for_time(value, s, assembly); };
+  const Mechanism& m = assembly.mechanism();
+  for (const auto& f : m.forces()) {
+    if (is_own(*f) && asks(own_value(m, *f))) return true;
+    const auto* guarded = dynamic_cast<const GuardedForce*>(f.get());
+    if (!guarded || is_wholly_of_library(typeid(*f))) continue;
+    const OwnValue guards = [&](const StateView& at, Assembly& a) {
+      GatheredState own;
+      LocalState local = own.of(*f, at, a.numbers());
+      const auto index = static_cast<std::size_t>(
+          std::find_if(m.forces().begin(), m.forces().end(), [&](const auto& x) { return x.get() == f.get(); }) -
+          m.forces().begin());
+      local.z = at.z ? at.z + m.state_offsets()[index] : nullptr;
+      double sum = 0;
+      for (int k = 0; k < guarded->guard_count(); ++k)
+        if (!local.z || guarded->guard_armed(k, local.z)) sum += guarded->guard_value(k, local);
+      return sum;
+    };
+    if (asks(guards)) return true;
+  }
+  for (const auto& term : system.objective().running)
+    if (is_own(*term) && !term->needs_accelerations() && asks(own_value(*term))) return true;
+  return false;
+}
 }  // namespace
 
 bool AdjointInvariant::autonomous(System& system, double t_start, double t, const double* y) {
@@ -33,6 +65,7 @@ bool AdjointInvariant::autonomous(System& system, double t_start, double t, cons
   Assembly assembly(system.assembly().mechanism_ptr(), system.parameters());
   assembly.set_parameters(system.assembly().rho().data());
   StateView s = system.mechanism_state(t, y);
+  if (asks_own_for_time(system, s, assembly)) return false;
   struct Terms {
     std::vector<double> M, Q, bias, zdot;
     double g;

@@ -19,7 +19,8 @@ class FixedTouches {
   FixedTouches(Assembly& assembly, const Objective& objective, const SolverOptions& options)
       : n_(static_cast<std::size_t>(assembly.n())),
         nz_(static_cast<std::size_t>(assembly.nz())),
-        touches_(assembly, objective, options.rtol, options.absolute(), LeftBends::all) {}
+        // What users wrote may jump, and is as good as steps are long.
+        touches_(assembly, objective, options.rtol, options.absolute(), 0, LeftBends::all) {}
   void step(const StateView& s) {
     if (touches_.empty()) return;
     std::swap(before_, after_);

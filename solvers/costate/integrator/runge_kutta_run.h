@@ -160,7 +160,7 @@ class RungeKuttaRun {
   void start(bool derivative);
   void watch_touches(LeftBends leaves) {
     touches_ = std::make_unique<TouchWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(),
-                                            leaves);
+                                            options_.t_end - options_.t_start, leaves);
   }
   std::unique_ptr<Step> make_step(const Scheme& scheme);
   [[noreturn]] void fail(const std::string& what, const char* flag);

@@ -30,7 +30,8 @@ class SegmentedRun {
     system.end_unresolved_slips(options.rtol, options.absolute());
     system.begin_events(t_start_, session().y());
     session().meet_hop(system.event_hop());
-    touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute());
+    touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute(),
+                                            options.t_end - options.t_start);
     follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));
     make_session_ = [&system, options, monitor, more...](const SegmentStart& start) {
       return std::make_unique<Session>(system, options, monitor, start, more...);

@@ -19,7 +19,7 @@ constexpr double kOfLargest = 1e-6, kFits = 1e-2;
 constexpr std::size_t kMostLooked = 20'000;
 constexpr double kNeighbour = 4e-16, kSmallestPlace = 1e-200;
 /// Of the run: nearer jumps are one that is not quite at once. And of what rounding is taken to be.
-constexpr double kSamePlace = 1e-9, kOfRounding = 10;
+constexpr double kSamePlace = 1e-9, kOfRounding = 10, kBesideCurvature = 1e-5;
 
 double beyond(double x, double towards) { return std::nextafter(x, towards); }
 
@@ -37,12 +37,13 @@ void halve(const F& f, double& a, double& b, double& fa, double& fb) {
   }
 }
 
-/// By how much values on either side of it are apart at least: what rounding makes of a formula lies on both.
+/// By how much ten values on either side of it, from `near` to ten times that away, are apart at least: what rounding
+/// makes of a formula lies on both.
 template <class F>
-double apart(const F& f, const HiddenJump& jump) {
-  const double sign = jump.right > jump.left ? 1 : -1, step = std::max(std::abs(jump.x), kSmallestPlace) * kNeighbour;
+double apart(const F& f, const HiddenJump& jump, double near) {
+  const double sign = jump.right > jump.left ? 1 : -1;
   double left = -HUGE_VAL, right = HUGE_VAL;
-  for (double away = 100 * step; away < 1000 * step; away *= 3) {
+  for (double away = near; away < 10 * near; away *= 1.28) {
     left = std::max(left, sign * f(jump.x - away));
     right = std::min(right, sign * f(jump.x + away));
   }
@@ -73,7 +74,7 @@ std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, doub
 
   const auto f = [&](double x) {
     try {
-      return of == JumpOf::value ? law.value(x, p) : law.slope(x, p).d[0];
+      return of == JumpOf::value ? law.value(x, p) : of == JumpOf::slope ? law.slope(x, p).d[0] : law.curve(x, p).c2;
     } catch (const StepError&) {  // where it says nothing
       return std::numeric_limits<double>::quiet_NaN();
     }
@@ -102,7 +103,10 @@ std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, doub
   const auto* formula = of == JumpOf::value ? dynamic_cast<const FormulaLaw*>(&law) : nullptr;
   std::erase_if(found, [&](const HiddenJump& j) {
     const double rounding = formula ? kOfRounding * formula->rounding(j.x, p) : 0;
-    return !(apart(f, j) > std::max(kOfLargest * largest, rounding));
+    const double near = 100 * kNeighbour * std::max(std::abs(j.x), kSmallestPlace), jump = apart(f, j, near);
+    if (!(jump > std::max(kOfLargest * largest, rounding))) return true;
+    // Of second derivatives rounding makes stairs, which are none from farther away.
+    return of == JumpOf::curvature && !(apart(f, j, kBesideCurvature * (to - from)) > 0.5 * jump);
   });
   std::sort(found.begin(), found.end(), [](const HiddenJump& a, const HiddenJump& b) { return a.x < b.x; });
   const auto same = [&](const HiddenJump& a, const HiddenJump& b) { return b.x - a.x <= kSamePlace * (to - from); };

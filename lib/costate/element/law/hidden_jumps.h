@@ -1,7 +1,7 @@
-// Where a law that tells nothing of it jumps, or its slope does: a formula's atan(tan(w t)), the kink of sqrt(t^2).
-// What such a place depends on is in no derivative by dual numbers, and a driver's kink is a blow that no equation of
-// accelerations holds. The law's course is searched as for steps (element/course.h), and within each of its cells the
-// half that changes most is halved on, until what is left is a jump or nothing.
+// Where a law that tells nothing of it jumps, or its slope or curvature does: a formula's atan(tan(w t)), the kink of
+// sqrt(t^2). What such a place depends on is in no derivative by dual numbers, and a driver's kink is a blow that no
+// equation of accelerations holds. The law's course is searched as for steps (element/course.h), and within each of its
+// cells the half that changes most is halved on, until what is left is a jump or nothing.
 #pragma once
 
 #include <vector>
@@ -11,9 +11,9 @@
 namespace costate {
 
 struct HiddenJump {
-  double x, left, right;  // of the value or the slope
+  double x, left, right;
 };
-enum class JumpOf { value, slope };
+enum class JumpOf { value, slope, curvature };
 
 /// Within from < x < to, in order; none of laws that know their places. Less than 1e-6 of what the law (or its slope)
 /// comes to there counts as none; what changes by more between two neighbouring numbers is one.

@@ -8,7 +8,6 @@
 #include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
-#include "costate/formulation/formulation.h"
 #include "costate/integrator/simulate.h"
 #include "costate/kind/body/mass.h"
 #include "costate/kind/body/point.h"
@@ -386,20 +385,4 @@ TEST_CASE("own problems: options that cannot be") {
   Problem same = good;
   same.objective.terminal.push_back(cost(*again.builder.build(), "P.x", -1, {}));
   CHECK_NOTHROW(simulate(same, {10.0}));
-}
-
-TEST_CASE("own problems: costs that cannot be") {
-  OwnScene s;
-  const auto mechanism = s.builder.build();
-  std::shared_ptr<const Output> x = make_output(*mechanism, "P.x");
-  CHECK_THROWS_WITH(OutputTerm(nullptr, 1, -1, {}), Contains("no output"));
-  CHECK_THROWS_WITH(OutputTerm(x, 3, -1, {}), Contains("the power 3"));
-  CHECK_THROWS_WITH(OutputTerm(x, 1, -1, OutputTerm::Target{std::make_shared<PolynomialLaw>(2), {0}, nullptr}),
-                    Contains("a law of 2 numbers, and 1 are given"));
-}
-
-TEST_CASE("own formulations: a name that there is") {
-  Formulation f;
-  f.name = "index1";
-  CHECK_THROWS_WITH(RegisterFormulation(f), Contains("'index1' already"));
 }

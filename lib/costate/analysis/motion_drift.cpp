@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "costate/analysis/motion_watch.h"
 #include "costate/base/error.h"
@@ -33,8 +34,9 @@ void MotionWatch::look_at_drift(double t, const double* v) {
 namespace {
 /// Those that hold their constraints, but for the one that does not here.
 std::string that_hold(const std::string& running) {
+  std::istringstream names("baumgarte index2 maggi");
   std::string all;
-  for (const char* name : {"baumgarte", "index2", "maggi"})
+  for (std::string name; names >> name;)
     if (running != name) all += fmt::format("{}{}", all.empty() ? "" : " or ", name);
   return all;
 }

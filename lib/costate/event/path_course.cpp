@@ -23,9 +23,6 @@ constexpr double kPathLooks[] = {0, 0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.73
 constexpr std::size_t kPathLookCount = std::size(kPathLooks);
 constexpr double kPartAngle = 1;
 constexpr int kMostParts = 256;
-// Of the integrator's absolute tolerance of a velocity, times the least inertia that a force acts on, and of that of
-// psi, whose weights are not known here.
-constexpr double kUnfelt = 1e-3, kUnfeltCost = 1e-5;
 // Places as near as this are one.
 constexpr double kSamePlace = 1e-14;
 // Towards each place, each half as far as the last; of many places fewer.
@@ -56,9 +53,6 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
       coordinates_(element.coordinates()) {
   std::sort(sharp_.begin(), sharp_.end());
 }
-
-PathCourse::PathCourse(const Element& element, std::vector<int> coordinates, OwnValue value, double often)
-    : element_(&element), own_(std::move(value)), often_(often), search_(true), coordinates_(std::move(coordinates)) {}
 
 void PathCourse::set_arguments(double u) {
   const StateView s =
@@ -157,17 +151,6 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   return cells_;
 }
 
-double PathCourse::unfelt_impulse() const {
-  const double tolerance = motion_->tolerance(0);
-  if (element_->coordinates().empty()) return kUnfeltCost * tolerance;  // the definition of an output
-  double least = std::numeric_limits<double>::infinity();
-  for (const int c : element_->coordinates()) {
-    const auto at = assembly_->square().find(c, c);
-    least = std::min(least, at < 0 ? 0 : assembly_->M[static_cast<std::size_t>(at)]);
-  }
-  return kUnfelt * tolerance * std::max(least, 0.0);
-}
-
 // By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of
 // rates, whose own are not known, by five values and how far these are from straight lines.
 bool PathCourse::is_between_places(LeftBends leaves) {
@@ -228,16 +211,6 @@ void PathCourse::look_along() {
     if (parts <= kMostParts) return look_at_parts(parts);
   }
   looked_at_ = static_cast<double>(kMostParts) / parts;
-}
-
-int PathCourse::parts_of_own() {
-  if (!asks_for_time_) {
-    const StateView s = motion_->at(0, coordinates_);
-    asks_for_time_ = asks_for_time(own_, s, *assembly_);
-  }
-  const bool same = !(high_ > low_);
-  const double looks = *asks_for_time_ || same ? often_ * (motion_->to() - motion_->from()) : 0;
-  return static_cast<int>(std::ceil(std::clamp(looks / static_cast<double>(kPathLookCount - 1), 1.0, 1e6)));
 }
 
 void PathCourse::look_at_parts(int parts) {

@@ -15,7 +15,7 @@ using namespace costate;
 namespace {
 
 std::vector<HiddenJump> found(const std::string& formula, JumpOf of, double from = 0, double to = 2) {
-  return hidden_jumps(FormulaLaw(formula, {}), nullptr, from, to, of);
+  return HiddenJumps(FormulaLaw(formula, {}), nullptr, from, to).of(of);
 }
 
 void check_one(const std::string& formula, JumpOf of, double x, double left, double right) {
@@ -56,5 +56,5 @@ TEST_CASE("hidden jumps: none of what is smooth") {
   CHECK(found("atan(tan(1.2*t))", JumpOf::value, 0, 0).empty());
   // A law that knows its places is believed.
   const double p[] = {0.5, 1.5, 0, 1};
-  CHECK(hidden_jumps(SmoothStepLaw(), p, 0, 2, JumpOf::slope).empty());
+  CHECK(HiddenJumps(SmoothStepLaw(), p, 0, 2).of(JumpOf::slope).empty());
 }

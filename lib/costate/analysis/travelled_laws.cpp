@@ -27,12 +27,12 @@ bool is_searched(const ScalarLaw& law, const double* p) {
   return places.search;
 }
 
-std::string passes(const std::string& law, const char* what, double x, const HiddenJump& j) {
+std::string passes(const std::string& law, const char* what, const HiddenJump& j) {
   return fmt::format(
       "The motion passes x = {:.6g}, where the {} '{}' jumps from {:.6g} to {:.6g}, as its formula does not show. What "
       "the instant depends on is in no derivative. Lead over the jump within a width (a law of the kind 'steps', "
       "tanh(u/w) for abs(u)/u); the method 'differences' tells what psi does.",
-      x, what, law, j.left, j.right);
+      j.x, what, law, j.left, j.right);
 }
 
 }  // namespace
@@ -80,22 +80,21 @@ std::optional<std::string> TravelledLaws::met(const Assembly& assembly) const {
   for (const Law& of : laws_) {
     const std::vector<double> p = local_numbers(*of.force, assembly.numbers());
     const std::string name = fmt::format("{}.{}", of.force->path(), of.law.key);
+    const HiddenJumps hidden(*of.law.law, p.data() + of.law.first, of.range.from, of.range.to);
     for (const JumpOf jump : {JumpOf::value, JumpOf::slope}) {
       if (jump == JumpOf::slope && !of.law.by_slope) continue;
-      const auto found = hidden_jumps(*of.law.law, p.data() + of.law.first, of.range.from, of.range.to, jump);
-      if (!found.empty()) return passes(name, jump == JumpOf::value ? "law" : "slope of the law", found[0].x, found[0]);
+      const auto found = hidden.of(jump);
+      if (!found.empty()) return passes(name, jump == JumpOf::value ? "law" : "slope of the law", found[0]);
     }
   }
   std::optional<std::string> met;
   for (const Track& of : tracks_) {
     const std::vector<double> p = local_numbers(*of.force, assembly.numbers());
     Course told([&](const ScalarLaw& law, const double* own, double shift, double rate) {
-      const double a = rate * (of.range.from - shift), b = rate * (of.range.to - shift);
+      const HiddenJumps hidden(law, own, of.range.from, of.range.to, shift, rate);
       for (const JumpOf jump : {JumpOf::value, JumpOf::slope})
-        for (const HiddenJump& j : hidden_jumps(law, own, std::min(a, b), std::max(a, b), jump))
-          if (!met)
-            met = passes(of.force->path(), jump == JumpOf::value ? "law under" : "slope of the law under",
-                         shift + j.x / rate, j);
+        for (const HiddenJump& j : hidden.of(jump))
+          if (!met) met = passes(of.force->path(), jump == JumpOf::value ? "law under" : "slope of the law under", j);
     });
     if (of.range.from < of.range.to) of.owner->add_track(of.index, p.data(), told);
     if (met) return met;

@@ -221,21 +221,21 @@ void refuse_hidden(const Constraint& c, const std::vector<double>& p, double t_s
   const auto* element = dynamic_cast<const CourseElement*>(&c);
   if (!element) return;
   Course laws([&](const ScalarLaw& law, const double* numbers, double shift, double rate) {
-    const double a = rate * (t_start - shift), b = rate * (t_end - shift);
+    const HiddenJumps hidden(law, numbers, t_start, t_end, shift, rate);
     std::vector<double> declared;
     law.add_kinks(numbers, declared);
     for (const JumpOf of : {JumpOf::value, JumpOf::slope})
-      for (const HiddenJump& j : hidden_jumps(law, numbers, std::min(a, b), std::max(a, b), of)) {
-        const auto is_there = [&](double x) { return std::abs(x - j.x) <= 1e-12 * std::abs(x); };
+      for (const HiddenJump& j : hidden.of(of)) {
+        const double at = rate * (j.x - shift);
+        const auto is_there = [&](double x) { return std::abs(x - at) <= 1e-12 * std::abs(x); };
         if (std::any_of(declared.begin(), declared.end(), is_there)) continue;
         throw CapabilityError(fmt::format(
             "The law of '{}' has a {} at t = {:.9g} s, its {} from {:.6g} to {:.6g}, that its formula does not show: "
             "what "
             "is driven {}, of which the equations of accelerations know nothing. Write it as a law of the kind "
             "'piecewise' (joins = \"value\" for a kink), whose places are known, or smooth.",
-            c.path(), of == JumpOf::value ? "jump" : "kink", shift + j.x / rate,
-            of == JumpOf::value ? "value" : "slope", j.left, j.right,
-            of == JumpOf::value ? "cannot jump" : "is given a blow there"));
+            c.path(), of == JumpOf::value ? "jump" : "kink", j.x, of == JumpOf::value ? "value" : "slope", j.left,
+            j.right, of == JumpOf::value ? "cannot jump" : "is given a blow there"));
       }
   });
   element->add_course(p.data(), laws);

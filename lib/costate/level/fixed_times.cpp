@@ -85,7 +85,7 @@ std::vector<Times> bent_times(const Mechanism& mechanism) {
 /// A law of time's jumps that it knows of, and within the run those that it does not.
 void add_jumps(const ScalarLaw& law, const double* p, double t_start, double t_end, std::vector<double>& times) {
   add_value_jumps(law, p, times);
-  for (const HiddenJump& j : hidden_jumps(law, p, t_start, t_end, JumpOf::value))
+  for (const HiddenJump& j : HiddenJumps(law, p, t_start, t_end).of(JumpOf::value))
     if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(t - j.x) <= 1e-12 * std::abs(t); }))
       times.push_back(j.x);
 }
@@ -99,9 +99,8 @@ void add_hidden_times(const Element& e, const ParameterSelection& parameters, do
   all.push_back({numbers, e.kind(), e.name(),
                  [=](const double* p, std::vector<double>& times) {
                    Course laws([&](const ScalarLaw& law, const double* own, double shift, double rate) {
-                     const double a = rate * (t_start - shift), b = rate * (t_end - shift);
-                     for (const HiddenJump& j : hidden_jumps(law, own, std::min(a, b), std::max(a, b), of))
-                       times.push_back(shift + j.x / rate);
+                     for (const HiddenJump& j : HiddenJumps(law, own, t_start, t_end, shift, rate).of(of))
+                       times.push_back(j.x);
                    });
                    course->add_course(p, laws);
                  },

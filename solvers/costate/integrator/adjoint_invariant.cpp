@@ -1,7 +1,5 @@
 #include "costate/integrator/adjoint_invariant.h"
 
-#include <algorithm>
-
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/library_class.h"
 #include "costate/element/course.h"
@@ -34,17 +32,15 @@ bool has_course(const Assembly& assembly, const Objective& objective, double t_s
 bool asks_own_for_time(System& system, const StateView& s, Assembly& assembly) {
   const auto asks = [&](const OwnValue& value) { return value && asks_for_time(value, s, assembly); };
   const Mechanism& m = assembly.mechanism();
-  for (const auto& f : m.forces()) {
-    if (is_own(*f) && asks(own_value(m, *f))) return true;
-    const auto* guarded = dynamic_cast<const GuardedForce*>(f.get());
-    if (!guarded || is_wholly_of_library(typeid(*f))) continue;
+  for (std::size_t i = 0; i < m.forces().size(); ++i) {
+    const Force& f = *m.forces()[i];
+    if (is_own(f) && asks(own_value(m, f))) return true;
+    const auto* guarded = dynamic_cast<const GuardedForce*>(&f);
+    if (!guarded || is_wholly_of_library(typeid(f))) continue;
     const OwnValue guards = [&](const StateView& at, Assembly& a) {
       GatheredState own;
-      LocalState local = own.of(*f, at, a.numbers());
-      const auto index = static_cast<std::size_t>(
-          std::find_if(m.forces().begin(), m.forces().end(), [&](const auto& x) { return x.get() == f.get(); }) -
-          m.forces().begin());
-      local.z = at.z ? at.z + m.state_offsets()[index] : nullptr;
+      LocalState local = own.of(f, at, a.numbers());
+      local.z = at.z ? at.z + m.state_offsets()[i] : nullptr;
       double sum = 0;
       for (int k = 0; k < guarded->guard_count(); ++k)
         if (!local.z || guarded->guard_armed(k, local.z)) sum += guarded->guard_value(k, local);

@@ -52,40 +52,48 @@ double apart(const F& f, const HiddenJump& jump, double near) {
 
 }  // namespace
 
-std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, double from, double to, JumpOf of) {
+HiddenJumps::HiddenJumps(const ScalarLaw& law, const double* p, double from, double to, double shift, double rate)
+    : law_(law), p_(p), from_(rate * (from - shift)), to_(rate * (to - shift)), shift_(shift), rate_(rate) {
+  if (!(from < to)) return;
+  if (from_ > to_) std::swap(from_, to_);
   LawPlaces places;
-  places.from = from;
-  places.to = to;
-  if (!(from < to)) return {};
+  places.from = from_;
+  places.to = to_;
   add_law_places(law, p, places);
-  if (!places.search) return {};
-  Course course(from, to);
+  if (!places.search) return;
+  Course course(from_, to_);
   course.add(law, p);
   course.finish();
-  std::vector<double> ends = {from, to};
+  ends_ = {from_, to_};
   const auto add = [&](double x) {
-    if (x > from && x < to) ends.push_back(x);
+    if (x > from_ && x < to_) ends_.push_back(x);
   };
   course.for_each_end(add);
   for (const double x : places.sharp) add(x);
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  if (ends.size() > kMostLooked) ends.resize(kMostLooked);
+  std::sort(ends_.begin(), ends_.end());
+  ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
+  if (ends_.size() > kMostLooked) ends_.resize(kMostLooked);
+}
 
-  const auto f = [&](double x) {
-    try {
-      return of == JumpOf::value ? law.value(x, p) : of == JumpOf::slope ? law.slope(x, p).d[0] : law.curve(x, p).c2;
-    } catch (const StepError&) {  // where it says nothing
-      return std::numeric_limits<double>::quiet_NaN();
-    }
-  };
+double HiddenJumps::known(double x, JumpOf what) const {
+  try {
+    return what == JumpOf::value   ? law_.value(x, p_)
+           : what == JumpOf::slope ? law_.slope(x, p_).d[0]
+                                   : law_.curve(x, p_).c2;
+  } catch (const StepError&) {  // where it says nothing
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+std::vector<HiddenJump> HiddenJumps::of(JumpOf what) const {
+  const auto f = [&](double x) { return known(x, what); };
   double largest = 0;
   std::vector<HiddenJump> found;
   const auto meet = [&](double x, double left, double right) {
     if (std::isfinite(left) && std::isfinite(right) && left != right) found.push_back({x, left, right});
   };
-  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-    double a = beyond(ends[k], to), b = beyond(ends[k + 1], from);
+  for (std::size_t k = 0; k + 1 < ends_.size(); ++k) {
+    double a = beyond(ends_[k], to_), b = beyond(ends_[k + 1], from_);
     if (!(a < b)) continue;
     double fa = f(a), fb = f(b);
     const double middle = f(a + 0.5 * (b - a));
@@ -96,21 +104,25 @@ std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, doub
     halve(f, a, b, fa, fb);
     meet(b, fa, fb);
   }
-  for (std::size_t k = 1; k + 1 < ends.size(); ++k) {
-    meet(ends[k], f(beyond(ends[k], from)), f(beyond(ends[k], to)));
-  }
+  for (std::size_t k = 1; k + 1 < ends_.size(); ++k)
+    meet(ends_[k], f(beyond(ends_[k], from_)), f(beyond(ends_[k], to_)));
   // What terms that cancel leave of a formula goes up and down by steps, too.
-  const auto* formula = of == JumpOf::value ? dynamic_cast<const FormulaLaw*>(&law) : nullptr;
+  const auto* formula = what == JumpOf::value ? dynamic_cast<const FormulaLaw*>(&law_) : nullptr;
   std::erase_if(found, [&](const HiddenJump& j) {
-    const double rounding = formula ? kOfRounding * formula->rounding(j.x, p) : 0;
+    const double rounding = formula ? kOfRounding * formula->rounding(j.x, p_) : 0;
     const double near = 100 * kNeighbour * std::max(std::abs(j.x), kSmallestPlace), jump = apart(f, j, near);
     if (!(jump > std::max(kOfLargest * largest, rounding))) return true;
     // Of second derivatives rounding makes stairs, which are none from farther away.
-    return of == JumpOf::curvature && !(apart(f, j, kBesideCurvature * (to - from)) > 0.5 * jump);
+    return what == JumpOf::curvature && !(apart(f, j, kBesideCurvature * (to_ - from_)) > 0.5 * jump);
   });
   std::sort(found.begin(), found.end(), [](const HiddenJump& a, const HiddenJump& b) { return a.x < b.x; });
-  const auto same = [&](const HiddenJump& a, const HiddenJump& b) { return b.x - a.x <= kSamePlace * (to - from); };
+  const auto same = [&](const HiddenJump& a, const HiddenJump& b) { return b.x - a.x <= kSamePlace * (to_ - from_); };
   found.erase(std::unique(found.begin(), found.end(), same), found.end());
+  for (HiddenJump& j : found) {
+    j.x = shift_ + j.x / rate_;
+    if (rate_ < 0) std::swap(j.left, j.right);
+  }
+  if (rate_ < 0) std::reverse(found.begin(), found.end());
   return found;
 }
 

@@ -15,8 +15,22 @@ struct HiddenJump {
 };
 enum class JumpOf { value, slope, curvature };
 
-/// Within from < x < to, in order; none of laws that know their places. Less than 1e-6 of what the law (or its slope)
-/// comes to there counts as none; what changes by more between two neighbouring numbers is one.
-std::vector<HiddenJump> hidden_jumps(const ScalarLaw& law, const double* p, double from, double to, JumpOf of);
+/// Of f(rate (x - shift)) within from < x < to; none of laws that know their places.
+class HiddenJumps {
+ public:
+  HiddenJumps(const ScalarLaw& law, const double* p, double from, double to, double shift = 0, double rate = 1);
+
+  /// In order. Less than 1e-6 of what the law (its slope, its curvature) comes to there counts as none; what changes by
+  /// more between two neighbouring numbers is one.
+  std::vector<HiddenJump> of(JumpOf what) const;
+
+ private:
+  double known(double x, JumpOf what) const;
+
+  const ScalarLaw& law_;
+  const double* p_;
+  double from_, to_, shift_, rate_;  // from_ < to_, of the law
+  std::vector<double> ends_;         // of its cells, in order; empty where nothing is searched
+};
 
 }  // namespace costate
